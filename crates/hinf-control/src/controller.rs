@@ -1,0 +1,129 @@
+//! The contract of every control law: state and reference in, torque out, period passed in.
+
+use dem_model::Scalar;
+use nalgebra::Vector2;
+
+/// What the laws know of the robot at a sampling instant.
+///
+/// Joint vectors hold the active joints, `[q2, q3]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement<T: Scalar> {
+    /// Joint angles q_m, rad.
+    pub position: Vector2<T>,
+    /// Joint rates q̇_m, rad/s.
+    pub rate: Vector2<T>,
+    /// The free-floating base (DEM: passive joint 1).
+    pub base: BaseMeasurement<T>,
+}
+
+/// What is known of the base. Controllers 3–6 and the `omitted` and `reduced` forms read none of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BaseMeasurement<T: Scalar> {
+    /// Base attitude q_b, rad.
+    pub position: T,
+    /// Base rate q̇_b, rad/s.
+    pub rate: T,
+    /// Base acceleration q̈_b, rad/s²: the differentiated rate, or the plant's truth in a simulation.
+    pub acceleration: T,
+}
+
+/// The desired motion of the active joints at a sampling instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reference<T: Scalar> {
+    /// q_mᵈ, rad.
+    pub position: Vector2<T>,
+    /// q̇_mᵈ, rad/s.
+    pub rate: Vector2<T>,
+    /// q̈_mᵈ, rad/s².
+    pub acceleration: Vector2<T>,
+}
+
+/// What a law asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command<T: Scalar> {
+    /// Joint torques τ_m, N·m, before any limit.
+    pub torque: Vector2<T>,
+    /// The H∞ control input u of eq. 10.
+    pub control_input: Vector2<T>,
+    /// What adaptation met in this cycle.
+    pub adaptation: AdaptationStatus,
+}
+
+/// What adaptation met in one cycle; all `false` for a law that does not adapt.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AdaptationStatus {
+    /// The projection held Φ at the border of its set.
+    pub projected: bool,
+    /// Φ stood still because the torque was limited (anti-windup).
+    pub frozen: bool,
+    /// A non-finite value was met; the defined fallback was used.
+    pub fell_back: bool,
+}
+
+/// Which of the two torques left the limiter smaller than it came.
+pub type LimitedJoints = [bool; 2];
+
+/// The most numbers that the state of any law holds.
+pub const STATE_CAPACITY: usize = 128;
+
+/// The whole inner state of a law, copied out: a replay can start from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrozenState<T: Scalar> {
+    values: [T; STATE_CAPACITY],
+    len: usize,
+}
+
+impl<T: Scalar> FrozenState<T> {
+    /// A copy of `values`; `None` if there are more than [`STATE_CAPACITY`].
+    pub fn new(values: &[T]) -> Option<Self> {
+        let mut state = Self { values: [T::zero(); STATE_CAPACITY], len: values.len() };
+        state.values.get_mut(..values.len())?.copy_from_slice(values);
+        Some(state)
+    }
+
+    /// The numbers that make up the state, in the order that the law documents.
+    pub fn values(&self) -> &[T] {
+        self.values.get(..self.len).unwrap_or(&[])
+    }
+}
+
+/// A frozen state that belongs to another law, or to another shape of the same law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the frozen state holds {found} numbers, this law has {expected}")]
+pub struct ThawError {
+    /// Numbers that this law's state has.
+    pub expected: usize,
+    /// Numbers that were handed in.
+    pub found: usize,
+}
+
+/// A control law.
+///
+/// The caller samples the robot, calls [`Controller::update`] once a cycle, limits the torque, and reports with
+/// [`Controller::limited`] what the limiter did. A law never reads a clock, allocates or fails: bad configurations are
+/// refused when it is built.
+pub trait Controller<T: Scalar> {
+    /// One cycle. `period` is the time since the previous call in seconds, zero on the first: adaptive laws first step
+    /// Φ over it with the Φ̇ of the previous call (explicit Euler), then compute the torque from the stepped Φ.
+    fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T>;
+
+    /// Tells the law which of its torques the limiter cut, after each [`Controller::update`].
+    fn limited(&mut self, _joints: LimitedJoints) {}
+
+    /// The adapted parameters Φ; empty for a law that does not adapt.
+    fn parameters(&self) -> &[T] {
+        &[]
+    }
+
+    /// Back to the state in which it was built.
+    fn reset(&mut self);
+
+    /// The whole inner state.
+    fn freeze(&self) -> FrozenState<T>;
+
+    /// Goes on from a frozen state.
+    ///
+    /// # Errors
+    /// [`ThawError`] if the state has another size than this law's; the law is then unchanged.
+    fn thaw(&mut self, state: &FrozenState<T>) -> Result<(), ThawError>;
+}

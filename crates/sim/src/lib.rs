@@ -1,0 +1,5 @@
+//! Deterministic plants and the emulated drives that carry them.
+#![forbid(unsafe_code)]
+
+mod plant;
+pub use plant::Plant;

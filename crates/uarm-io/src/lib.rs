@@ -1,0 +1,7 @@
+//! From encoder counts to rates, from torques to drives.
+#![cfg_attr(not(feature = "std"), no_std)]
+#![deny(unsafe_code)]
+
+pub mod frame;
+pub mod link;
+pub mod time;

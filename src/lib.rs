@@ -1,0 +1,2 @@
+//! The deploy binary's library: robot files, the control loop, the subcommands.
+#![forbid(unsafe_code)]

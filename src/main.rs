@@ -1,0 +1,3 @@
+//! The deploy binary.
+#![forbid(unsafe_code)]
+fn main() {}
