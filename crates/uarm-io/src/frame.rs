@@ -18,6 +18,16 @@ impl Frame {
         Some(frame)
     }
 
+    /// A frame with exactly these data bytes; more than eight do not compile.
+    #[allow(clippy::as_conversions)] // `LENGTH` is at most 8, which the line above proves
+    pub const fn with<const LENGTH: usize>(id: StandardId, bytes: [u8; LENGTH]) -> Self {
+        const { assert!(LENGTH <= 8, "a classic CAN frame has at most eight data bytes") };
+        let mut data = [0; 8];
+        let (used, _) = data.split_at_mut(LENGTH);
+        used.copy_from_slice(&bytes);
+        Self { id, len: LENGTH as u8, data }
+    }
+
     /// The identifier.
     pub const fn id(&self) -> StandardId {
         self.id

@@ -1,0 +1,372 @@
+//! The power state machine of CiA 402-2: statusword, controlword, states, commands, transitions.
+//!
+//! One definition for both ends: the master decodes what a drive encodes and the other way round.
+
+use core::fmt;
+
+/// The states of the power state machine (CiA 402-2, 6041h).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PowerState {
+    /// Initialising; no command is heard.
+    NotReadyToSwitchOn,
+    /// Initialised; no power.
+    SwitchOnDisabled,
+    /// Power may be switched on.
+    ReadyToSwitchOn,
+    /// Power stage on, no torque.
+    SwitchedOn,
+    /// Torque follows its target; the only state in which the brake is open.
+    OperationEnabled,
+    /// Stopping or stopped by a quick stop.
+    QuickStopActive,
+    /// Stopping because of a fault.
+    FaultReactionActive,
+    /// In fault, waiting for a fault reset.
+    Fault,
+}
+
+impl PowerState {
+    /// All states.
+    pub const ALL: [Self; 8] = [
+        Self::NotReadyToSwitchOn,
+        Self::SwitchOnDisabled,
+        Self::ReadyToSwitchOn,
+        Self::SwitchedOn,
+        Self::OperationEnabled,
+        Self::QuickStopActive,
+        Self::FaultReactionActive,
+        Self::Fault,
+    ];
+
+    /// The state to which `command` leads from this one; this one again where the standard has no such transition.
+    ///
+    /// Transitions that a drive makes by itself are not here: 0 and 1 (initialising), 12 (quick stop done),
+    /// 13 ([`PowerState::after_fault`]), 14 ([`PowerState::after_fault_reaction`]).
+    /// *Enable operation* in *Ready to switch on* makes transitions 3 and 4 in one go, as the standard allows.
+    pub const fn after(self, command: Command) -> Self {
+        match (self, command) {
+            (Self::SwitchOnDisabled, Command::Shutdown) => Self::ReadyToSwitchOn,
+            (Self::ReadyToSwitchOn, Command::SwitchOn) => Self::SwitchedOn,
+            (Self::ReadyToSwitchOn | Self::SwitchedOn, Command::EnableOperation) => Self::OperationEnabled,
+            (Self::OperationEnabled, Command::SwitchOn) => Self::SwitchedOn,
+            (Self::SwitchedOn | Self::OperationEnabled, Command::Shutdown) => Self::ReadyToSwitchOn,
+            (Self::OperationEnabled, Command::QuickStop) => Self::QuickStopActive,
+            (Self::ReadyToSwitchOn | Self::SwitchedOn, Command::QuickStop) => Self::SwitchOnDisabled,
+            (
+                Self::ReadyToSwitchOn | Self::SwitchedOn | Self::OperationEnabled | Self::QuickStopActive,
+                Command::DisableVoltage,
+            ) => Self::SwitchOnDisabled,
+            (Self::Fault, Command::FaultReset) => Self::SwitchOnDisabled,
+            (state, _) => state,
+        }
+    }
+
+    /// The state when a fault occurs (transition 13).
+    pub const fn after_fault(self) -> Self {
+        match self {
+            Self::Fault => Self::Fault,
+            _ => Self::FaultReactionActive,
+        }
+    }
+
+    /// The state when the fault reaction is done (transition 14).
+    pub const fn after_fault_reaction(self) -> Self {
+        match self {
+            Self::FaultReactionActive => Self::Fault,
+            state => state,
+        }
+    }
+
+    /// The command that brings a drive in this state one step nearer to *Operation enabled*; `None` where one can only
+    /// wait.
+    pub const fn command_towards_operation(self) -> Option<Command> {
+        match self {
+            Self::NotReadyToSwitchOn | Self::FaultReactionActive => None,
+            Self::SwitchOnDisabled => Some(Command::Shutdown),
+            Self::ReadyToSwitchOn => Some(Command::SwitchOn),
+            Self::SwitchedOn | Self::OperationEnabled => Some(Command::EnableOperation),
+            Self::QuickStopActive => Some(Command::DisableVoltage),
+            Self::Fault => Some(Command::FaultReset),
+        }
+    }
+
+    /// The bits of a statusword that tell the state, as an encoder sets them.
+    const fn status_bits(self) -> u16 {
+        match self {
+            Self::NotReadyToSwitchOn => 0b000_0000,
+            Self::SwitchOnDisabled => 0b100_0000,
+            Self::ReadyToSwitchOn => 0b010_0001,
+            Self::SwitchedOn => 0b010_0011,
+            Self::OperationEnabled => 0b010_0111,
+            Self::QuickStopActive => 0b000_0111,
+            Self::FaultReactionActive => 0b000_1111,
+            Self::Fault => 0b000_1000,
+        }
+    }
+}
+
+impl fmt::Display for PowerState {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::NotReadyToSwitchOn => "Not ready to switch on",
+            Self::SwitchOnDisabled => "Switch on disabled",
+            Self::ReadyToSwitchOn => "Ready to switch on",
+            Self::SwitchedOn => "Switched on",
+            Self::OperationEnabled => "Operation enabled",
+            Self::QuickStopActive => "Quick stop active",
+            Self::FaultReactionActive => "Fault reaction active",
+            Self::Fault => "Fault",
+        })
+    }
+}
+
+/// The statusword, object 6041h.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Statusword(u16);
+
+impl Statusword {
+    /// Bit 4: the power stage has its voltage.
+    pub const VOLTAGE_ENABLED: u16 = 1 << 4;
+    /// Bit 7: a warning is present; the state is unchanged.
+    pub const WARNING: u16 = 1 << 7;
+    /// Bit 9: the drive obeys its controlword.
+    pub const REMOTE: u16 = 1 << 9;
+    /// Bit 11: an internal limit is active, for example the drive's torque limit.
+    pub const INTERNAL_LIMIT_ACTIVE: u16 = 1 << 11;
+    /// Bit 12 in the cyclic synchronous modes: the drive follows its target.
+    pub const FOLLOWS_TARGET: u16 = 1 << 12;
+
+    /// A statusword with these bits.
+    pub const fn from_bits(bits: u16) -> Self {
+        Self(bits)
+    }
+
+    /// The statusword of a drive in `state`, with no other bit set.
+    pub const fn of(state: PowerState) -> Self {
+        Self(state.status_bits())
+    }
+
+    /// This statusword with `bits` set as well.
+    #[must_use]
+    pub const fn with(self, bits: u16) -> Self {
+        Self(self.0 | bits)
+    }
+
+    /// Its bits.
+    pub const fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// True if all of `bits` are set.
+    pub const fn contains(self, bits: u16) -> bool {
+        self.0 & bits == bits
+    }
+
+    /// The state of the power state machine; `None` for a pattern that the standard does not define.
+    pub const fn state(self) -> Option<PowerState> {
+        // Bits 0-3 and 6 tell these four states; bit 5 (quick stop, active low) does not count there.
+        match self.0 & 0b100_1111 {
+            0b000_0000 => return Some(PowerState::NotReadyToSwitchOn),
+            0b100_0000 => return Some(PowerState::SwitchOnDisabled),
+            0b000_1111 => return Some(PowerState::FaultReactionActive),
+            0b000_1000 => return Some(PowerState::Fault),
+            _ => {}
+        }
+        match self.0 & 0b110_1111 {
+            0b010_0001 => Some(PowerState::ReadyToSwitchOn),
+            0b010_0011 => Some(PowerState::SwitchedOn),
+            0b010_0111 => Some(PowerState::OperationEnabled),
+            0b000_0111 => Some(PowerState::QuickStopActive),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Statusword {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.state() {
+            Some(state) => write!(formatter, "{state} (statusword {:04X}h)", self.0),
+            None => write!(formatter, "no state of CiA 402 (statusword {:04X}h)", self.0),
+        }
+    }
+}
+
+/// The commands of the power state machine (CiA 402-2, 6040h).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Command {
+    /// Towards *Ready to switch on*, from either side.
+    Shutdown,
+    /// Towards *Switched on*, from either side; from above the standard calls it *Disable operation*.
+    SwitchOn,
+    /// To *Operation enabled*.
+    EnableOperation,
+    /// To *Switch on disabled* at once; the motor coasts, brakes close.
+    DisableVoltage,
+    /// Stop as 605Ah says.
+    QuickStop,
+    /// Leave *Fault*; acts on the rising edge of its bit only.
+    FaultReset,
+}
+
+impl fmt::Display for Command {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Shutdown => "Shutdown",
+            Self::SwitchOn => "Switch on",
+            Self::EnableOperation => "Enable operation",
+            Self::DisableVoltage => "Disable voltage",
+            Self::QuickStop => "Quick stop",
+            Self::FaultReset => "Fault reset",
+        })
+    }
+}
+
+/// The controlword, object 6040h.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Controlword(u16);
+
+impl Controlword {
+    const SWITCH_ON: u16 = 1 << 0;
+    const ENABLE_VOLTAGE: u16 = 1 << 1;
+    /// Active low: cleared, it asks for a quick stop.
+    const NO_QUICK_STOP: u16 = 1 << 2;
+    const ENABLE_OPERATION: u16 = 1 << 3;
+    const FAULT_RESET: u16 = 1 << 7;
+
+    /// A controlword with these bits.
+    pub const fn from_bits(bits: u16) -> Self {
+        Self(bits)
+    }
+
+    /// The controlword that carries `command`.
+    pub const fn of(command: Command) -> Self {
+        let ready = Self::ENABLE_VOLTAGE | Self::NO_QUICK_STOP;
+        Self(match command {
+            Command::Shutdown => ready,
+            Command::SwitchOn => ready | Self::SWITCH_ON,
+            Command::EnableOperation => ready | Self::SWITCH_ON | Self::ENABLE_OPERATION,
+            Command::DisableVoltage => 0,
+            Command::QuickStop => Self::ENABLE_VOLTAGE,
+            Command::FaultReset => Self::FAULT_RESET,
+        })
+    }
+
+    /// Its bits.
+    pub const fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// The command that a drive reads from this controlword after `previous`: a fault reset is a rising edge.
+    pub const fn command(self, previous: Self) -> Command {
+        let switch_on = self.0 & Self::SWITCH_ON != 0;
+        let enable_operation = self.0 & Self::ENABLE_OPERATION != 0;
+        if self.0 & Self::FAULT_RESET != 0 && previous.0 & Self::FAULT_RESET == 0 {
+            Command::FaultReset
+        } else if self.0 & Self::ENABLE_VOLTAGE == 0 {
+            Command::DisableVoltage
+        } else if self.0 & Self::NO_QUICK_STOP == 0 {
+            Command::QuickStop
+        } else if !switch_on {
+            Command::Shutdown
+        } else if !enable_operation {
+            Command::SwitchOn
+        } else {
+            Command::EnableOperation
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const COMMANDS: [Command; 6] = [
+        Command::Shutdown,
+        Command::SwitchOn,
+        Command::EnableOperation,
+        Command::DisableVoltage,
+        Command::QuickStop,
+        Command::FaultReset,
+    ];
+
+    /// The table of the standard, written as it prints it (x = any): an independent second reading of the bits.
+    const PRINTED: [(&str, PowerState); 8] = [
+        ("x0xx0000", PowerState::NotReadyToSwitchOn),
+        ("x1xx0000", PowerState::SwitchOnDisabled),
+        ("x01x0001", PowerState::ReadyToSwitchOn),
+        ("x01x0011", PowerState::SwitchedOn),
+        ("x01x0111", PowerState::OperationEnabled),
+        ("x00x0111", PowerState::QuickStopActive),
+        ("x0xx1111", PowerState::FaultReactionActive),
+        ("x0xx1000", PowerState::Fault),
+    ];
+
+    fn matches(pattern: &str, bits: u16) -> bool {
+        pattern.bytes().rev().enumerate().all(|(bit, wanted)| match wanted {
+            b'x' => true,
+            digit => (bits >> bit) & 1 == u16::from(digit - b'0'),
+        })
+    }
+
+    #[test]
+    fn every_statusword_decodes_as_the_standard_prints_it() {
+        for bits in 0..=u16::MAX {
+            let printed = PRINTED.iter().find(|(pattern, _)| matches(pattern, bits)).map(|(_, state)| *state);
+            assert_eq!(Statusword::from_bits(bits).state(), printed, "{bits:016b}");
+        }
+    }
+
+    #[test]
+    fn controlwords_have_the_usual_values() {
+        let values = COMMANDS.map(|command| Controlword::of(command).bits());
+        assert_eq!(values, [0x06, 0x07, 0x0F, 0x00, 0x02, 0x80]);
+    }
+
+    #[test]
+    fn a_fault_reset_needs_an_edge() {
+        let reset = Controlword::of(Command::FaultReset);
+        assert_eq!(reset.command(Controlword::default()), Command::FaultReset);
+        assert_eq!(reset.command(reset), Command::DisableVoltage);
+    }
+
+    #[test]
+    fn every_state_but_the_waiting_ones_reaches_operation() {
+        for start in PowerState::ALL {
+            let mut state = start;
+            for _ in 0..4 {
+                let Some(command) = state.command_towards_operation() else { break };
+                state = state.after(command);
+            }
+            let waits = matches!(start, PowerState::NotReadyToSwitchOn | PowerState::FaultReactionActive);
+            assert_eq!(state == PowerState::OperationEnabled, !waits, "{start}");
+        }
+    }
+
+    #[test]
+    fn only_enable_operation_leads_to_operation() {
+        for state in PowerState::ALL {
+            for command in COMMANDS {
+                let entered =
+                    state != PowerState::OperationEnabled && state.after(command) == PowerState::OperationEnabled;
+                assert!(!entered || command == Command::EnableOperation, "{state} {command}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn status_survives_the_wire(state in 0_usize..8, other in any::<u16>()) {
+            let state = PowerState::ALL[state];
+            // Bits 0-3, 5 and 6 belong to the state.
+            let status = Statusword::of(state).with(other & !0b110_1111);
+            prop_assert_eq!(status.state(), Some(state));
+        }
+
+        #[test]
+        fn commands_survive_the_wire(command in 0_usize..6) {
+            let command = COMMANDS[command];
+            prop_assert_eq!(Controlword::of(command).command(Controlword::default()), command);
+        }
+    }
+}
