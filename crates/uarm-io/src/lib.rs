@@ -8,4 +8,8 @@ extern crate std;
 pub mod drive;
 pub mod frame;
 pub mod link;
+#[cfg(feature = "std")]
+pub mod monotonic;
+#[cfg(feature = "std")]
+pub mod socketcan_link;
 pub mod time;

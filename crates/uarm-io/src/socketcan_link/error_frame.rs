@@ -1,0 +1,172 @@
+//! Error frames: what the CAN controller tells about itself (`linux/can/error.h`).
+//!
+//! The kernel reports several classes at once in the identifier's bits, with details in the data bytes. They are decoded
+//! here without allocating, since they come in bursts just when the loop has the least time to lose.
+
+use core::fmt;
+use libc::{
+    CAN_ERR_ACK, CAN_ERR_BUSERROR, CAN_ERR_BUSOFF, CAN_ERR_CNT, CAN_ERR_CRTL, CAN_ERR_PROT, CAN_ERR_RESTARTED,
+    CAN_ERR_TRX, CAN_ERR_TX_TIMEOUT,
+};
+
+/// Bits of the controller status byte (`CAN_ERR_CRTL_*`, data byte 1).
+mod controller_status {
+    pub const RECEIVE_OVERFLOW: u8 = 0x01;
+    pub const TRANSMIT_OVERFLOW: u8 = 0x02;
+    pub const RECEIVE_WARNING: u8 = 0x04;
+    pub const TRANSMIT_WARNING: u8 = 0x08;
+    pub const RECEIVE_PASSIVE: u8 = 0x10;
+    pub const TRANSMIT_PASSIVE: u8 = 0x20;
+}
+
+/// Trouble that a CAN controller reports short of bus-off, the gravest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum ControllerProblem {
+    /// Error counter above 127: the controller may no longer signal errors actively; bus-off is near.
+    ErrorPassive,
+    /// The controller's receive buffer overflowed: frames were lost.
+    ReceiveOverflow,
+    /// The controller's transmit buffer overflowed: frames were lost.
+    TransmitOverflow,
+    /// The driver gave up on a frame.
+    TransmitTimeout,
+    /// Nobody acknowledged a frame: no other node is on, or the cable is open.
+    NoAcknowledge,
+    /// Error counter above 95: the bus is disturbed.
+    ErrorWarning,
+    /// Transceiver fault: a short circuit or an open wire.
+    Transceiver,
+    /// A violation of the protocol on the bus: disturbance, wrong bit rate, termination.
+    BusError,
+}
+
+impl fmt::Display for ControllerProblem {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::ErrorPassive => {
+                "error passive (an error counter above 127); bus-off is near, check cable, termination and bit rate"
+            }
+            Self::ReceiveOverflow => {
+                "receive buffer overflow; frames were lost, the computer served the controller too late"
+            }
+            Self::TransmitOverflow => "transmit buffer overflow; frames were lost",
+            Self::TransmitTimeout => "transmit time-out; the driver gave up on a frame",
+            Self::NoAcknowledge => "no acknowledge; no other node is on the bus, or the cable is open",
+            Self::ErrorWarning => "error warning (an error counter above 95); the bus is disturbed",
+            Self::Transceiver => "transceiver fault; look for a short circuit or an open wire",
+            Self::BusError => "a protocol violation on the bus; check cable, termination and bit rate",
+        })
+    }
+}
+
+/// What an error frame means for the link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControllerEvent {
+    /// The controller left the bus.
+    BusOff,
+    /// The controller came back after bus-off.
+    Restarted,
+    /// Trouble short of bus-off.
+    Problem(ControllerProblem),
+    /// Nothing to act on: lost arbitration, back to error-active, counters only.
+    Notice,
+}
+
+/// Transmit and receive error counters of a CAN controller, 0 to 255.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ErrorCounters {
+    /// The transmit error counter.
+    pub transmit: u8,
+    /// The receive error counter.
+    pub receive: u8,
+}
+
+/// Decodes an error frame: its class bits (the identifier without flags) and its data.
+pub fn decode(classes: u32, data: [u8; 8]) -> (ControllerEvent, Option<ErrorCounters>) {
+    let [_, controller, .., transmit, receive] = data;
+    let counters = (classes & CAN_ERR_CNT != 0).then_some(ErrorCounters { transmit, receive });
+    (event(classes, controller), counters)
+}
+
+fn event(classes: u32, controller: u8) -> ControllerEvent {
+    let has = |class: u32| classes & class != 0;
+    if has(CAN_ERR_BUSOFF) {
+        return ControllerEvent::BusOff;
+    }
+    // A restart clears the state that the other classes of the same frame would describe.
+    if has(CAN_ERR_RESTARTED) {
+        return ControllerEvent::Restarted;
+    }
+    let candidates = [
+        if has(CAN_ERR_CRTL) { controller_problem(controller) } else { None },
+        has(CAN_ERR_TX_TIMEOUT).then_some(ControllerProblem::TransmitTimeout),
+        has(CAN_ERR_ACK).then_some(ControllerProblem::NoAcknowledge),
+        has(CAN_ERR_TRX).then_some(ControllerProblem::Transceiver),
+        (has(CAN_ERR_PROT) || has(CAN_ERR_BUSERROR)).then_some(ControllerProblem::BusError),
+    ];
+    candidates.into_iter().flatten().min().map_or(ControllerEvent::Notice, ControllerEvent::Problem)
+}
+
+fn controller_problem(status: u8) -> Option<ControllerProblem> {
+    use controller_status::*;
+    let has = |bits: u8| status & bits != 0;
+    if has(RECEIVE_PASSIVE | TRANSMIT_PASSIVE) {
+        Some(ControllerProblem::ErrorPassive)
+    } else if has(RECEIVE_OVERFLOW) {
+        Some(ControllerProblem::ReceiveOverflow)
+    } else if has(TRANSMIT_OVERFLOW) {
+        Some(ControllerProblem::TransmitOverflow)
+    } else if has(RECEIVE_WARNING | TRANSMIT_WARNING) {
+        Some(ControllerProblem::ErrorWarning)
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decoded(classes: u32, controller: u8) -> ControllerEvent {
+        decode(classes, [0, controller, 0, 0, 0, 0, 0, 0]).0
+    }
+
+    #[test]
+    fn bus_off_outweighs_all_else() {
+        assert_eq!(decoded(CAN_ERR_BUSOFF | CAN_ERR_CRTL | CAN_ERR_RESTARTED, 0x20), ControllerEvent::BusOff);
+    }
+
+    #[test]
+    fn the_gravest_problem_is_reported() {
+        use ControllerProblem::*;
+        for (classes, status, problem) in [
+            (CAN_ERR_CRTL, 0x0C, ErrorWarning),
+            (CAN_ERR_CRTL, 0x3C, ErrorPassive),
+            (CAN_ERR_CRTL, 0x05, ReceiveOverflow),
+            (CAN_ERR_CRTL | CAN_ERR_ACK, 0x08, NoAcknowledge),
+            (CAN_ERR_CRTL | CAN_ERR_ACK, 0x20, ErrorPassive),
+            (CAN_ERR_PROT | CAN_ERR_BUSERROR, 0, BusError),
+            (CAN_ERR_TX_TIMEOUT, 0, TransmitTimeout),
+            (CAN_ERR_TRX, 0, Transceiver),
+        ] {
+            assert_eq!(decoded(classes, status), ControllerEvent::Problem(problem), "{classes:#x} {status:#x}");
+        }
+    }
+
+    #[test]
+    fn what_needs_no_action_is_a_notice() {
+        const BACK_TO_ACTIVE: u8 = 0x40;
+        assert_eq!(decoded(CAN_ERR_CRTL, BACK_TO_ACTIVE), ControllerEvent::Notice);
+        assert_eq!(decoded(libc::CAN_ERR_LOSTARB, 0), ControllerEvent::Notice);
+        assert_eq!(decoded(CAN_ERR_CNT, 0), ControllerEvent::Notice);
+        assert_eq!(decoded(CAN_ERR_RESTARTED, 0), ControllerEvent::Restarted);
+    }
+
+    #[test]
+    fn counters_are_read_only_where_the_frame_carries_them() {
+        let data = [0, 0, 0, 0, 0, 0, 130, 7];
+        assert_eq!(decode(CAN_ERR_CNT, data).1, Some(ErrorCounters { transmit: 130, receive: 7 }));
+        assert_eq!(decode(CAN_ERR_CRTL, data).1, None);
+    }
+}
