@@ -5,7 +5,7 @@ use nalgebra::RealField;
 /// `f32` or `f64`: real numbers with transcendentals from `libm`, so that every target computes the same bits.
 pub trait Scalar: RealField + Copy {
     /// The number nearest to `value`, for constants written in `f64`.
-    fn from_f64(value: f64) -> Self {
+    fn constant(value: f64) -> Self {
         nalgebra::convert(value)
     }
 
