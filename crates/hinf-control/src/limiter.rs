@@ -1,0 +1,136 @@
+//! The torque limiter: saturation and rate limit, both torques reported.
+
+use crate::LimitedJoints;
+use dem_model::Scalar;
+use nalgebra::Vector2;
+
+/// What a robot's joints can be asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TorqueLimits<T: Scalar> {
+    magnitude: Vector2<T>,
+    rate: Option<Vector2<T>>,
+}
+
+/// Why limits are refused.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TorqueLimitError {
+    /// A magnitude is not a positive finite number.
+    #[error("a torque limit is {found} N·m, expected a positive finite number")]
+    Magnitude {
+        /// What was found, N·m.
+        found: f64,
+    },
+    /// A rate is not a positive finite number.
+    #[error("a torque rate limit is {found} N·m/s, expected a positive finite number")]
+    Rate {
+        /// What was found, N·m/s.
+        found: f64,
+    },
+}
+
+impl<T: Scalar> TorqueLimits<T> {
+    /// Largest magnitude of each joint's torque, N·m.
+    ///
+    /// # Errors
+    /// [`TorqueLimitError::Magnitude`] if one is not positive and finite.
+    pub fn new(magnitude: Vector2<T>) -> Result<Self, TorqueLimitError> {
+        match first_not_positive(&magnitude) {
+            Some(found) => Err(TorqueLimitError::Magnitude { found }),
+            None => Ok(Self { magnitude, rate: None }),
+        }
+    }
+
+    /// The same, with the largest rate of each joint's torque, N·m/s.
+    ///
+    /// # Errors
+    /// [`TorqueLimitError::Rate`] if one is not positive and finite.
+    pub fn with_rate(self, rate: Vector2<T>) -> Result<Self, TorqueLimitError> {
+        match first_not_positive(&rate) {
+            Some(found) => Err(TorqueLimitError::Rate { found }),
+            None => Ok(Self { rate: Some(rate), ..self }),
+        }
+    }
+
+    /// Largest magnitude of each joint's torque, N·m.
+    pub fn magnitude(&self) -> &Vector2<T> {
+        &self.magnitude
+    }
+
+    /// Largest rate of each joint's torque, N·m/s; `None` if the rate is not limited.
+    pub fn rate(&self) -> Option<&Vector2<T>> {
+        self.rate.as_ref()
+    }
+}
+
+fn first_not_positive<T: Scalar>(values: &Vector2<T>) -> Option<f64> {
+    values.iter().find(|value| !(value.is_finite() && **value > T::zero())).map(|value| value.to_f64())
+}
+
+/// What came in and what goes out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimitedTorque<T: Scalar> {
+    /// What the law asked for, N·m, as it came: it may be non-finite.
+    pub requested: Vector2<T>,
+    /// What the drives get, N·m: always finite and within the limits.
+    pub applied: Vector2<T>,
+    /// Which joints got something else than requested, for [`Controller::limited`](crate::Controller::limited).
+    pub limited: LimitedJoints,
+}
+
+/// Keeps torques within [`TorqueLimits`]. Remembers the torque applied last, zero at first.
+///
+/// A non-finite request counts as a request for zero torque.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TorqueLimiter<T: Scalar> {
+    limits: TorqueLimits<T>,
+    applied: Vector2<T>,
+}
+
+impl<T: Scalar> TorqueLimiter<T> {
+    /// A limiter whose torque stands at zero.
+    pub fn new(limits: TorqueLimits<T>) -> Self {
+        Self { limits, applied: Vector2::zeros() }
+    }
+
+    /// The limits.
+    pub fn limits(&self) -> &TorqueLimits<T> {
+        &self.limits
+    }
+
+    /// Limits `requested` (N·m). `period` (s) is the time over which the torque may change: the scheduled period, on the
+    /// first call too. If it is not positive and finite, a limited rate leaves the torque where it was.
+    pub fn limit(&mut self, requested: Vector2<T>, period: T) -> LimitedTorque<T> {
+        let saturated = requested.zip_map(&self.limits.magnitude, |torque, magnitude| {
+            if torque.is_finite() { torque.clamp(-magnitude, magnitude) } else { T::zero() }
+        });
+        let applied = match self.limits.rate {
+            None => saturated,
+            Some(rate) => {
+                let time = if period.is_finite() && period > T::zero() { period } else { T::zero() };
+                let step = self.applied.zip_zip_map(&saturated, &(rate * time), towards);
+                // The sum in `towards` may round to just outside.
+                step.zip_map(&self.limits.magnitude, |torque, magnitude| torque.clamp(-magnitude, magnitude))
+            }
+        };
+        self.applied = applied;
+        LimitedTorque { requested, applied, limited: [applied.x != requested.x, applied.y != requested.y] }
+    }
+
+    /// Back to zero torque.
+    pub fn reset(&mut self) {
+        self.applied = Vector2::zeros();
+    }
+}
+
+/// `goal`, or as far towards it from `before` as `bound` allows.
+fn towards<T: Scalar>(before: T, goal: T, bound: T) -> T {
+    let change = goal - before;
+    if change.abs() <= bound {
+        goal
+    } else if change > T::zero() {
+        before + bound
+    } else {
+        before - bound
+    }
+}

@@ -1,0 +1,115 @@
+//! The desired motion: a polynomial of the fifth degree from rest to rest (paper eq. 47).
+
+use crate::{Reference, number};
+use dem_model::Scalar;
+use nalgebra::Vector2;
+
+/// A quintic from rest at one posture to rest at another, held before it starts and after it ends.
+///
+/// With s = t/t_f: q_mᵈ = q_0 + (q_f − q_0)(10 s³ − 15 s⁴ + 6 s⁵) (eq. 47).
+///
+/// ```
+/// use hinf_control::QuinticReference;
+/// let reference = QuinticReference::<f64>::paper();
+/// assert_eq!(reference.at(10.0).position, *reference.end());
+/// assert_eq!(reference.at(10.0).rate.norm(), 0.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuinticReference<T: Scalar> {
+    start: Vector2<T>,
+    end: Vector2<T>,
+    duration: T,
+}
+
+/// Why a reference is refused.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReferenceError {
+    /// A start or end angle is NaN or infinite.
+    #[error("start and end angles must be finite numbers of radians")]
+    PostureNotFinite,
+    /// The duration is not a positive finite number.
+    #[error("the duration is {found} s, expected a positive finite number of seconds")]
+    DurationNotPositive {
+        /// The duration found, s.
+        found: f64,
+    },
+    /// The motion is so short or so long that its rate or acceleration is no finite number.
+    #[error("the motion asks for a rate or an acceleration that is not finite: duration {duration} s")]
+    MotionNotFinite {
+        /// The duration found, s.
+        duration: f64,
+    },
+}
+
+impl<T: Scalar> QuinticReference<T> {
+    /// The motion from `start` to `end` (rad, active joints) in `duration` (s, positive).
+    ///
+    /// # Errors
+    /// [`ReferenceError`] if a number is not finite or the duration not positive.
+    pub fn new(start: Vector2<T>, end: Vector2<T>, duration: T) -> Result<Self, ReferenceError> {
+        if !start.iter().chain(end.iter()).all(|angle| angle.is_finite()) {
+            return Err(ReferenceError::PostureNotFinite);
+        }
+        if !(duration.is_finite() && duration > T::zero()) {
+            return Err(ReferenceError::DurationNotPositive { found: duration.to_f64() });
+        }
+        // |q̈ᵈ| ≤ 10/√3·|q_f − q_0|/t_f² and |q̇ᵈ| ≤ 15/8·|q_f − q_0|/t_f: 60 is far above every intermediate factor.
+        let bound = (end - start) / duration * number::<T>(60.0);
+        let motion_is_finite = bound.iter().all(|rate| rate.is_finite() && (*rate / duration).is_finite());
+        if !motion_is_finite {
+            return Err(ReferenceError::MotionNotFinite { duration: duration.to_f64() });
+        }
+        Ok(Self { start, end, duration })
+    }
+
+    /// The task of the paper's section 4: from (20°, 20°) to (80°, 60°) in 3 s.
+    pub fn paper() -> Self {
+        let radians = |degrees: f64| number(degrees.to_radians());
+        Self {
+            start: Vector2::new(radians(20.0), radians(20.0)),
+            end: Vector2::new(radians(80.0), radians(60.0)),
+            duration: number(3.0),
+        }
+    }
+
+    /// Where the motion starts, rad.
+    pub fn start(&self) -> &Vector2<T> {
+        &self.start
+    }
+
+    /// Where the motion ends, rad.
+    pub fn end(&self) -> &Vector2<T> {
+        &self.end
+    }
+
+    /// How long the motion takes, s.
+    pub fn duration(&self) -> T {
+        self.duration
+    }
+
+    /// The desired motion at `time` (s, zero at the start). Rests at the start before it (also for NaN), at the end after it.
+    pub fn at(&self, time: T) -> Reference<T> {
+        if time >= self.duration {
+            return Self::rest(self.end);
+        }
+        if time > T::zero() { self.moving(time / self.duration) } else { Self::rest(self.start) }
+    }
+
+    /// Eq. 47 and its derivatives at `s` = t/t_f within (0, 1).
+    fn moving(&self, s: T) -> Reference<T> {
+        let c = number::<T>;
+        let travel = self.end - self.start;
+        let rest_of_way = T::one() - s;
+        Reference {
+            position: self.start + travel * (s * s * s * (c(10.0) - s * (c(15.0) - c(6.0) * s))),
+            rate: travel / self.duration * (c(30.0) * s * s * rest_of_way * rest_of_way),
+            acceleration: travel / self.duration / self.duration
+                * (c(60.0) * s * rest_of_way * (T::one() - c(2.0) * s)),
+        }
+    }
+
+    fn rest(position: Vector2<T>) -> Reference<T> {
+        Reference { position, rate: Vector2::zeros(), acceleration: Vector2::zeros() }
+    }
+}

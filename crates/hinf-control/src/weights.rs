@@ -1,0 +1,81 @@
+//! The designer's weights Q and R, and the paper's choice of them (Table 3).
+
+use crate::{Law, number};
+use dem_model::Scalar;
+use nalgebra::{Matrix2, Vector2};
+
+/// How the numbers given for Q1 and Q2 are read.
+///
+/// The paper's text says factors; its Table 4 fits blocks clearly better. Open, so both are supported.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WeightReading {
+    /// The numbers are Q1 and Q2, so that Q has the blocks Q1ᵀQ1 and Q2ᵀQ2. They need not be symmetric.
+    Factors,
+    /// The numbers are the blocks Q1ᵀQ1 and Q2ᵀQ2 of Q themselves, symmetric and positive definite. For Table 3 this
+    /// means Q1 of 0.8 I and Q2 of diag(3, √7), for example.
+    #[default]
+    Blocks,
+}
+
+/// The weights of the performance criterion (paper eq. 8): Q = [Q1ᵀQ1 Q12; Q12ᵀ Q2ᵀQ2], R, and γ.
+///
+/// Checked by [`Synthesis::new`](crate::Synthesis::new), which is the only reader.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights<T: Scalar> {
+    /// Weight of the rate error q̃̇: Q1 or Q1ᵀQ1, as [`Weights::reading`] says.
+    pub rate: Matrix2<T>,
+    /// Weight of the position error q̃: Q2 or Q2ᵀQ2, as [`Weights::reading`] says.
+    pub position: Matrix2<T>,
+    /// Cross weight Q12. Never a factor.
+    pub cross: Matrix2<T>,
+    /// Weight R of the control input u, symmetric, 0 < R < γ²I.
+    pub control: Matrix2<T>,
+    /// Desired disturbance attenuation level γ > 0.
+    pub attenuation_level: T,
+    /// What [`Weights::rate`] and [`Weights::position`] are.
+    pub reading: WeightReading,
+}
+
+/// γ of the paper's experiments (section 4).
+pub const PAPER_ATTENUATION_LEVEL: f64 = 2.0;
+/// R of the paper's experiments, the same for every controller (Table 3).
+const TABLE_3_CONTROL: [f64; 2] = [0.9, 2.5];
+
+impl<T: Scalar> Weights<T> {
+    /// Diagonal weights without cross weight.
+    pub fn diagonal(
+        rate: Vector2<T>,
+        position: Vector2<T>,
+        control: Vector2<T>,
+        attenuation_level: T,
+        reading: WeightReading,
+    ) -> Self {
+        Self {
+            rate: Matrix2::from_diagonal(&rate),
+            position: Matrix2::from_diagonal(&position),
+            cross: Matrix2::zeros(),
+            control: Matrix2::from_diagonal(&control),
+            attenuation_level,
+            reading,
+        }
+    }
+
+    /// The paper's weights for `law` (Table 3) with γ = 2. The baseline is not in the paper and takes the row of
+    /// [`Law::Nonlinear`].
+    pub fn table_3(law: Law, reading: WeightReading) -> Self {
+        let (rate, position) = match law {
+            Law::Nonlinear | Law::Adaptive | Law::Neural | Law::ComputedTorque => ([0.64, 0.64], [9.0, 7.0]),
+            Law::NeuralModel => ([4.0, 4.0], [9.0, 7.0]),
+            Law::Fuzzy => ([1.0, 1.0], [9.0, 7.0]),
+            Law::FuzzyModel => ([4.0, 4.0], [25.0, 7.0]),
+        };
+        let vector = |[x, y]: [f64; 2]| Vector2::new(number(x), number(y));
+        Self::diagonal(
+            vector(rate),
+            vector(position),
+            vector(TABLE_3_CONTROL),
+            number(PAPER_ATTENUATION_LEVEL),
+            reading,
+        )
+    }
+}
