@@ -38,7 +38,7 @@ impl<T: Scalar, const JOINTS: usize> Walk<T, JOINTS> {
     fn turn(&mut self, joint: usize, angle: T, rate: T) {
         self.angle += angle;
         self.rate += rate;
-        self.angle_gradient[joint] = T::one();
+        self.angle_gradient = RowSVector::from_fn(|_, column| if column <= joint { T::one() } else { T::zero() });
     }
 
     /// Jacobian and its rate of the point at `distance` along the current link.
