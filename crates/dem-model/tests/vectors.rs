@@ -3,8 +3,8 @@
 mod common;
 
 use common::{assert_close, numbers, vectors};
-use dem_model::ThreeLinkDem;
 use dem_model::planar::{PlanarDem, PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
+use dem_model::{ThreeLinkDem, spatial};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 use serde_json::Value;
 
@@ -135,4 +135,56 @@ fn planar_map_matches_dem_map() {
             links => panic!("no case of {links} links is known"),
         }
     }
+}
+
+#[test]
+fn spatial_map_matches_dem_map() {
+    let file = vectors("dem_map.json");
+    let cases = file["spatial"].as_array().unwrap();
+    assert_eq!(cases.len(), 1);
+    let (space, expected) = (&cases[0]["sm"], &cases[0]["dem"]);
+    let mass = numbers(&space["m"]);
+    let inertia = |index: usize| matrix::<3, 3>(&space["I"][index]);
+    let spacecraft = spatial::SpacecraftBody {
+        mass: mass[0],
+        inertia: inertia(0),
+        centre_of_mass_to_joint: vector3(&space["R"][0]),
+    };
+    let links: [_; 3] = core::array::from_fn(|index| spatial::SpaceLink {
+        mass: mass[index + 1],
+        inertia: inertia(index + 1),
+        joint_to_centre_of_mass: vector3(&space["L"][index + 1]),
+        centre_of_mass_to_joint: vector3(&space["R"][index + 1]),
+    });
+    let dem = spatial::SpatialSpaceManipulator::new(spacecraft, links).unwrap().dynamically_equivalent();
+
+    let close = |name: &str, index: usize, found: &Vector3<f64>| {
+        assert_close(name, found, &vector3(&expected[name][index]), MATRIX_TOLERANCE);
+    };
+    close("W", 0, &dem.base().length);
+    assert_eq!(dem.base().inertia, matrix::<3, 3>(&expected["I"][0]));
+    for (index, link) in dem.links().iter().enumerate() {
+        let wanted = expected["m"][index + 1].as_f64().unwrap();
+        assert!((link.mass - wanted).abs() <= MATRIX_TOLERANCE * wanted, "m[{}]", index + 1);
+        close("W", index + 1, &link.length);
+        close("lc", index + 1, &link.centre_of_mass);
+        assert_eq!(link.inertia, matrix::<3, 3>(&expected["I"][index + 1]));
+    }
+}
+
+#[test]
+fn table_1_gives_every_printed_digit_of_table_2() {
+    let dem = PlanarSpaceManipulator::<f64, 2>::table_1().dynamically_equivalent();
+    let [second, third] = dem.links();
+    let printed = |values: &[f64]| values.iter().map(|value| format!("{value:.3}")).collect::<Vec<_>>();
+    assert_eq!(printed(&[second.mass, third.mass]), ["0.850", "0.625"]);
+    assert_eq!(printed(&[dem.base().length, second.length, third.length]), ["0.203"; 3]);
+    assert_eq!(printed(&[second.centre_of_mass, third.centre_of_mass]), ["0.096", "0.077"]);
+    assert_eq!([dem.base().inertia, second.inertia, third.inertia], [0.0153, 0.0075, 0.0060]);
+
+    let robot = ThreeLinkDem::<f64>::table_2();
+    let [second, third] = robot.links();
+    assert_eq!([second.mass, third.mass, second.centre_of_mass, third.centre_of_mass], [0.850, 0.625, 0.096, 0.077]);
+    assert_eq!([robot.base().length, second.length, third.length], [0.203; 3]);
+    assert_eq!([robot.base().inertia, second.inertia, third.inertia], [0.0153, 0.0075, 0.0060]);
 }

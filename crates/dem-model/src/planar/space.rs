@@ -4,6 +4,7 @@ use super::PlanarDem;
 use crate::Scalar;
 use crate::error::{Body, ParameterError, Requirement, require};
 use crate::link::{DemBase, DemLink};
+use crate::mass_chain::MassChain;
 
 /// The spacecraft of a planar space manipulator: link 1, the free-floating base.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,23 +86,20 @@ impl<T: Scalar, const LINKS: usize> PlanarSpaceManipulator<T, LINKS> {
     /// m_i = M_t² m'_i / (S_{i−1} S_i), I_i = I'_i, W_1 = R_1 m'_1 / M_t, W_i = (R_i S_i + L_i S_{i−1}) / M_t,
     /// l_c1 = 0, l_ci = L_i S_{i−1} / M_t.
     pub fn dynamically_equivalent(&self) -> PlanarDem<T, LINKS> {
-        let total = self.total_mass();
+        let mut chain = MassChain::new(self.spacecraft.mass, self.total_mass());
         let base = DemBase {
             inertia: self.spacecraft.inertia,
-            length: self.spacecraft.centre_of_mass_to_joint * self.spacecraft.mass / total,
+            length: self.spacecraft.centre_of_mass_to_joint * chain.spacecraft_share(),
         };
-        let mut inboard_mass = self.spacecraft.mass;
         let links = self.links.map(|link| {
-            let mass_with_link = inboard_mass + link.mass;
-            let inboard_length = link.joint_to_centre_of_mass * inboard_mass / total;
-            let dem_link = DemLink {
-                mass: (total / inboard_mass) * (total / mass_with_link) * link.mass,
+            let masses = chain.next_link(link.mass);
+            let centre_of_mass = link.joint_to_centre_of_mass * masses.inboard_share;
+            DemLink {
+                mass: masses.dem_mass,
                 inertia: link.inertia,
-                length: link.centre_of_mass_to_joint * mass_with_link / total + inboard_length,
-                centre_of_mass: inboard_length,
-            };
-            inboard_mass = mass_with_link;
-            dem_link
+                length: link.centre_of_mass_to_joint * masses.share_with_link + centre_of_mass,
+                centre_of_mass,
+            }
         });
         PlanarDem::from_map(base, links)
     }

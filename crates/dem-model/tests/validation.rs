@@ -1,0 +1,99 @@
+//! What is refused, and what the messages say.
+
+use dem_model::planar::{PlanarDem, PlanarSpaceManipulator};
+use dem_model::spatial::{self, SpatialSpaceManipulator};
+use dem_model::{Body, DemBase, DemLink, ParameterError, ThreeLinkDem};
+use nalgebra::{Matrix3, Vector3};
+
+fn table_2() -> (DemBase<f64>, [DemLink<f64>; 2]) {
+    let dem = ThreeLinkDem::table_2();
+    (*dem.base(), *dem.links())
+}
+
+#[test]
+fn table_parameters_pass_their_own_checks() {
+    let (base, links) = table_2();
+    assert_eq!(ThreeLinkDem::new(base, links), Ok(ThreeLinkDem::table_2()));
+    let dem = ThreeLinkDem::<f32>::table_2();
+    assert_eq!(ThreeLinkDem::new(*dem.base(), *dem.links()), Ok(dem));
+    let space = PlanarSpaceManipulator::<f64, 2>::table_1();
+    assert_eq!(PlanarSpaceManipulator::new(*space.spacecraft(), *space.links()), Ok(space));
+}
+
+#[test]
+fn each_field_of_a_dem_is_checked() {
+    type Change = fn(&mut DemBase<f64>, &mut [DemLink<f64>; 2]);
+    let changes: [(Change, &str); 8] = [
+        (|base, _| base.inertia = 0.0, "base (link 1): inertia is 0, expected a finite value > 0"),
+        (|base, _| base.length = -0.2, "base (link 1): length is -0.2, expected a finite value >= 0"),
+        (|_, links| links[0].mass = -1.0, "link 2: mass is -1, expected a finite value > 0"),
+        (|_, links| links[1].mass = f64::NAN, "link 3: mass is NaN, expected a finite value > 0"),
+        (|_, links| links[0].inertia = f64::INFINITY, "link 2: inertia is inf, expected a finite value > 0"),
+        (|_, links| links[1].length = -0.1, "link 3: length is -0.1, expected a finite value >= 0"),
+        (|_, links| links[0].centre_of_mass = -0.1, "link 2: centre_of_mass is -0.1, expected a finite value >= 0"),
+        (|_, links| links[1].centre_of_mass = f64::NAN, "link 3: centre_of_mass is NaN, expected a finite value >= 0"),
+    ];
+    for (change, message) in changes {
+        let (mut base, mut links) = table_2();
+        change(&mut base, &mut links);
+        assert_eq!(ThreeLinkDem::new(base, links).unwrap_err().to_string(), message);
+        assert_eq!(PlanarDem::new(base, links).unwrap_err().to_string(), message);
+    }
+}
+
+#[test]
+fn each_field_of_a_planar_space_manipulator_is_checked() {
+    let table = PlanarSpaceManipulator::<f64, 2>::table_1();
+    let mut spacecraft = *table.spacecraft();
+    spacecraft.mass = 0.0;
+    let error = PlanarSpaceManipulator::new(spacecraft, *table.links()).unwrap_err();
+    assert_eq!(error.to_string(), "spacecraft (link 1): mass is 0, expected a finite value > 0");
+    let mut links = *table.links();
+    links[1].joint_to_centre_of_mass = -0.085;
+    let error = PlanarSpaceManipulator::new(*table.spacecraft(), links).unwrap_err();
+    assert_eq!(error.to_string(), "link 3: joint_to_centre_of_mass is -0.085, expected a finite value >= 0");
+}
+
+#[test]
+fn inertia_tensors_are_checked() {
+    let spacecraft =
+        |inertia| spatial::SpacecraftBody { mass: 1.0, inertia, centre_of_mass_to_joint: Vector3::new(0.1, -0.2, 0.3) };
+    let accepted = |inertia| SpatialSpaceManipulator::<f64, 0>::new(spacecraft(inertia), []);
+    assert!(accepted(Matrix3::identity()).is_ok());
+    let refused = ParameterError::InertiaNotPositiveDefinite { body: Body::Spacecraft };
+    assert_eq!(accepted(Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0))), Err(refused));
+    let mut skewed = Matrix3::identity();
+    skewed.m12 = 0.1;
+    assert_eq!(accepted(skewed), Err(refused));
+    skewed.m12 = f64::NAN;
+    let message = accepted(skewed).unwrap_err().to_string();
+    assert_eq!(message, "spacecraft (link 1): inertia is NaN, expected a finite value");
+}
+
+/// The least inertia that is taken keeps M positive definite in floating point, in every configuration.
+#[test]
+fn an_inertia_lost_in_rounding_is_refused() {
+    let with_inertia = |inertia: f32| {
+        let (mass, length, centre_of_mass) = (3.0, 0.7, 0.7);
+        let link = DemLink { mass, inertia, length, centre_of_mass };
+        ThreeLinkDem::new(DemBase { inertia, length }, [link; 2])
+    };
+    let Err(ParameterError::InertiaLostInRounding { least, .. }) = with_inertia(1e-9) else {
+        panic!("an inertia of 1e-9 kg m^2 beside 10 kg m^2 cannot be told apart in f32");
+    };
+    let dem = with_inertia(least as f32 * 1.01).unwrap();
+    for step in 0..1_000 {
+        let (q2, q3) = ((step % 40) as f32 * 0.16, (step / 40) as f32 * 0.26);
+        let q = Vector3::new(0.3, q2, q3);
+        assert!(dem.mass_matrix(&q).cholesky().is_some(), "M is not positive definite at {q}");
+        let acceleration = dem.forward_dynamics(&q, &Vector3::new(1.0, -2.0, 1.5), &Vector3::repeat(1.0));
+        assert!(acceleration.iter().all(|entry| entry.is_finite()), "no acceleration at {q}");
+    }
+}
+
+#[test]
+fn what_is_not_finite_stays_so() {
+    let dem = ThreeLinkDem::<f64>::table_2();
+    let at_nan = dem.forward_dynamics(&Vector3::new(0.0, f64::NAN, 0.0), &Vector3::zeros(), &Vector3::zeros());
+    assert!(at_nan.iter().all(|entry| entry.is_nan()));
+}
