@@ -1,0 +1,167 @@
+//! How long a cycle's frames occupy the bus at worst, and whether they fit.
+
+use crate::drive::wire::{DriveCommand, DriveFeedback};
+use core::time::Duration;
+
+/// Bits of a classic 11-bit-identifier data frame with no data, with the interframe space: 44 + 3, and 8 stuff bits.
+const EMPTY_FRAME_BITS: u32 = 55;
+/// What each data byte adds: its 8 bits and, at worst, 2 stuff bits.
+const BITS_PER_BYTE: u32 = 10;
+/// Data bytes of a SYNC with counter and of a heartbeat.
+const ONE_BYTE: usize = 1;
+
+/// Bits that a frame with `data_bytes` bytes and an 11-bit identifier occupies at worst, interframe space included.
+///
+/// 47 + 8 L bits, and a stuff bit after every fourth of the 34 + 8 L bits that are stuffed: 55 + 10 L.
+pub fn worst_case_frame_bits(data_bytes: usize) -> u32 {
+    u32::try_from(data_bytes)
+        .map_or(u32::MAX, |bytes| bytes.saturating_mul(BITS_PER_BYTE).saturating_add(EMPTY_FRAME_BITS))
+}
+
+/// Bits that a frame occupies at least, up to the end of its last bit: no stuff bit, no interframe space.
+fn least_frame_bits(data_bytes: usize) -> u32 {
+    u32::try_from(data_bytes).map_or(u32::MAX, |bytes| bytes.saturating_mul(8).saturating_add(44))
+}
+
+/// A bit rate of the bus, bit/s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct BitRate(u32);
+
+impl BitRate {
+    /// 10 kbit/s to 1 Mbit/s: what CiA 301 knows.
+    pub const RANGE: core::ops::RangeInclusive<u32> = 10_000..=1_000_000;
+
+    /// 1 Mbit/s.
+    pub const FASTEST: Self = Self(1_000_000);
+
+    /// A bit rate.
+    ///
+    /// # Errors
+    /// [`BusTimeError::BitRate`] outside [`BitRate::RANGE`].
+    pub fn new(bits_per_second: u32) -> Result<Self, BusTimeError> {
+        if Self::RANGE.contains(&bits_per_second) {
+            Ok(Self(bits_per_second))
+        } else {
+            Err(BusTimeError::BitRate { bits_per_second })
+        }
+    }
+
+    /// bit/s.
+    pub const fn bits_per_second(self) -> u32 {
+        self.0
+    }
+
+    /// The time of `bits` bits, rounded up to nanoseconds.
+    pub fn time_of(self, bits: u32) -> Duration {
+        Duration::from_nanos((u64::from(bits) * 1_000_000_000).div_ceil(u64::from(self.0)))
+    }
+
+    /// The earliest that a drive's TPDO1 can be here after a SYNC was handed to the bus. What comes sooner answers an
+    /// earlier SYNC.
+    pub fn earliest_answer(self) -> Duration {
+        self.time_of(least_frame_bits(ONE_BYTE) + least_frame_bits(DriveFeedback::LENGTH))
+    }
+}
+
+/// What cannot be sent in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BusTimeError {
+    /// See [`BitRate::RANGE`].
+    #[error("{bits_per_second} bit/s, expected {} to {}", BitRate::RANGE.start(), BitRate::RANGE.end())]
+    BitRate {
+        /// Found.
+        bits_per_second: u32,
+    },
+    /// No period.
+    #[error("a period of zero")]
+    ZeroPeriod,
+    /// The frames of one cycle take longer than the cycle.
+    #[error("{joints} joints need {needed:?} of bus time at {bits_per_second} bit/s in each period of {period:?}")]
+    DoesNotFit {
+        /// Joints.
+        joints: usize,
+        /// Bit rate, bit/s.
+        bits_per_second: u32,
+        /// Worst-case bus time of a cycle in which all heartbeats fall too.
+        needed: Duration,
+        /// The cycle.
+        period: Duration,
+    },
+}
+
+/// The worst-case bus time of a cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BusTime {
+    /// SYNC, and TPDO1 and RPDO1 of every joint.
+    pub cyclic_bits: u32,
+    /// One heartbeat of every drive and of the master, should they all fall in one cycle.
+    pub heartbeat_bits: u32,
+    /// Time of the cyclic frames.
+    pub cyclic: Duration,
+    /// Time of the cyclic frames and all heartbeats.
+    pub worst: Duration,
+    /// Cyclic time over period, 0 … 1.
+    pub load: f64,
+}
+
+impl BusTime {
+    /// The bus time of `joints` drives at `bit_rate`, in cycles of `period`.
+    ///
+    /// # Errors
+    /// [`BusTimeError::DoesNotFit`] if the worst cycle takes longer than the period, [`BusTimeError::ZeroPeriod`].
+    pub fn of_cycle(joints: usize, bit_rate: BitRate, period: Duration) -> Result<Self, BusTimeError> {
+        if period.is_zero() {
+            return Err(BusTimeError::ZeroPeriod);
+        }
+        let count = u32::try_from(joints).unwrap_or(u32::MAX);
+        let pdos = worst_case_frame_bits(DriveFeedback::LENGTH) + worst_case_frame_bits(DriveCommand::LENGTH);
+        let cyclic_bits = worst_case_frame_bits(ONE_BYTE).saturating_add(pdos.saturating_mul(count));
+        let heartbeat_bits = worst_case_frame_bits(ONE_BYTE).saturating_mul(count.saturating_add(1));
+        let cyclic = bit_rate.time_of(cyclic_bits);
+        let worst = bit_rate.time_of(cyclic_bits.saturating_add(heartbeat_bits));
+        if worst > period {
+            let bits_per_second = bit_rate.bits_per_second();
+            return Err(BusTimeError::DoesNotFit { joints, bits_per_second, needed: worst, period });
+        }
+        let load = cyclic.as_secs_f64() / period.as_secs_f64();
+        Ok(Self { cyclic_bits, heartbeat_bits, cyclic, worst, load })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_formula_is_frame_plus_stuffing() {
+        for bytes in 0..=8_usize {
+            let stuffed = 34 + 8 * bytes;
+            let bits = 44 + 8 * bytes + 3 + (stuffed - 1) / 4;
+            assert_eq!(worst_case_frame_bits(bytes), u32::try_from(bits).unwrap());
+        }
+    }
+
+    #[test]
+    fn the_robot_takes_about_seven_tenths_of_a_millisecond() {
+        let time = BusTime::of_cycle(3, BitRate::FASTEST, Duration::from_millis(3)).unwrap();
+        assert_eq!(time.cyclic, Duration::from_micros(65 + 3 * 115 + 3 * 95));
+        assert!((time.load - 0.695 / 3.0).abs() < 1e-12);
+        assert_eq!(time.worst - time.cyclic, Duration::from_micros(4 * 65));
+    }
+
+    #[test]
+    fn what_cannot_fit_is_refused() {
+        let slow = BitRate::new(125_000).unwrap();
+        let refused = BusTime::of_cycle(3, slow, Duration::from_millis(3)).unwrap_err();
+        assert!(matches!(refused, BusTimeError::DoesNotFit { joints: 3, needed, .. } if needed == slow.time_of(955)));
+        assert!(BusTime::of_cycle(3, slow, Duration::from_millis(8)).is_ok());
+        assert!(BusTime::of_cycle(usize::MAX, BitRate::FASTEST, Duration::from_secs(1)).is_err());
+        assert_eq!(BitRate::new(2_000_000), Err(BusTimeError::BitRate { bits_per_second: 2_000_000 }));
+        assert_eq!(BusTime::of_cycle(3, slow, Duration::ZERO), Err(BusTimeError::ZeroPeriod));
+    }
+
+    #[test]
+    fn an_answer_needs_two_frames() {
+        assert_eq!(BitRate::FASTEST.earliest_answer(), Duration::from_micros(52 + 92));
+    }
+}

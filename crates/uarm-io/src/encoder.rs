@@ -1,0 +1,269 @@
+//! From the counts of an incremental encoder to joint angles.
+//!
+//! A drive reports a counter that wraps. The encoder unwraps it exactly, in both directions, refuses a change that the
+//! joint cannot have made, and gives the angle `count · D` with D = 2π / N, N the counts per revolution. The count of a
+//! shaft at angle q is `floor(q/D + 1/2)`.
+
+use core::f64::consts::TAU;
+use core::time::Duration;
+
+/// Quadrature counts in one revolution of the joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CountsPerRevolution(u32);
+
+impl CountsPerRevolution {
+    /// At least 4, one period of a quadrature encoder, and at most 2³⁰, so that a 32-bit counter holds four revolutions.
+    pub const RANGE: core::ops::RangeInclusive<u32> = 4..=1 << 30;
+
+    /// `counts` per revolution.
+    ///
+    /// # Errors
+    /// [`EncoderError::CountsPerRevolution`] outside [`CountsPerRevolution::RANGE`].
+    pub fn new(counts: u32) -> Result<Self, EncoderError> {
+        if Self::RANGE.contains(&counts) { Ok(Self(counts)) } else { Err(EncoderError::CountsPerRevolution { counts }) }
+    }
+
+    /// The number of counts N.
+    pub const fn get(self) -> u32 {
+        self.0
+    }
+
+    /// One count as an angle: D = 2π / N, rad.
+    pub fn resolution(self) -> f64 {
+        TAU / f64::from(self.0)
+    }
+
+    /// The count of a shaft at `angle` rad: `floor(angle/D + 1/2)`, saturated at the ends of `i64`.
+    #[allow(clippy::as_conversions)] // float to integer `as` saturates, and there is no other conversion in core
+    pub fn count_at(self, angle: f64) -> i64 {
+        libm_floor(angle / self.resolution() + 0.5) as i64
+    }
+}
+
+fn libm_floor(value: f64) -> f64 {
+    nalgebra::ComplexField::floor(value)
+}
+
+/// Bits of a drive's position counter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CounterWidth(u8);
+
+impl CounterWidth {
+    /// Widths that exist: 8 to 32 bits.
+    pub const RANGE: core::ops::RangeInclusive<u8> = 8..=32;
+
+    /// The width of object 6064h where the drive uses all of it.
+    pub const FULL: Self = Self(32);
+
+    /// A counter of `bits` bits.
+    ///
+    /// # Errors
+    /// [`EncoderError::CounterWidth`] outside [`CounterWidth::RANGE`].
+    pub fn new(bits: u8) -> Result<Self, EncoderError> {
+        if Self::RANGE.contains(&bits) { Ok(Self(bits)) } else { Err(EncoderError::CounterWidth { bits }) }
+    }
+
+    /// The number of bits.
+    pub const fn get(self) -> u8 {
+        self.0
+    }
+
+    /// Half of the counter's range: changes of this size or more cannot be told from their complement.
+    fn half_range(self) -> i64 {
+        1_i64 << (self.0 - 1)
+    }
+
+    /// The shortest way from `from` to `to` on the counter's circle, in −2^(w−1) … 2^(w−1) − 1.
+    fn difference(self, to: i32, from: i32) -> i32 {
+        let unused = 32 - u32::from(self.0);
+        // Shifting left drops the bits above the width, shifting back extends the sign.
+        (to.wrapping_sub(from) << unused) >> unused
+    }
+}
+
+/// Which way the counter runs against the joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Direction {
+    /// Counts, or torques, grow with the joint's positive direction.
+    #[default]
+    Same,
+    /// They grow against it.
+    Reversed,
+}
+
+impl Direction {
+    /// `value`, negated if reversed.
+    pub fn apply<V: core::ops::Neg<Output = V>>(self, value: V) -> V {
+        match self {
+            Self::Same => value,
+            Self::Reversed => -value,
+        }
+    }
+}
+
+/// How fast a joint can turn, as far as the plausibility of its counts goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JumpLimit {
+    rate: f64,
+    margin: u32,
+}
+
+impl JumpLimit {
+    /// A change of up to `rate` rad/s × elapsed time, plus `margin` counts, is believed.
+    ///
+    /// # Errors
+    /// [`EncoderError::JumpRate`] unless `rate` is finite and above zero.
+    pub fn new(rate: f64, margin: u32) -> Result<Self, EncoderError> {
+        if rate.is_finite() && rate > 0.0 { Ok(Self { rate, margin }) } else { Err(EncoderError::JumpRate { rate }) }
+    }
+
+    #[allow(clippy::as_conversions)] // float to integer `as` saturates
+    fn counts(self, resolution: f64, elapsed: Duration) -> i64 {
+        let turned = libm_floor(self.rate * elapsed.as_secs_f64() / resolution) as i64;
+        turned.saturating_add(i64::from(self.margin))
+    }
+}
+
+/// What has to be known of an encoder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EncoderConfiguration {
+    /// Quadrature counts in one revolution of the joint.
+    pub counts_per_revolution: CountsPerRevolution,
+    /// Bits of the counter.
+    pub counter_width: CounterWidth,
+    /// Which way it counts.
+    pub direction: Direction,
+    /// The counter's value where the joint angle is zero.
+    pub zero: i32,
+    /// Which changes are believed.
+    pub jump_limit: JumpLimit,
+}
+
+impl EncoderConfiguration {
+    /// This configuration with `zero` chosen such that the counter value `raw` reads as `angle` rad, to the nearest
+    /// count: for incremental encoders that start anywhere, in a pose that is known.
+    #[must_use]
+    #[allow(clippy::as_conversions)] // keeps the low 32 bits, which is what a wrapping counter does
+    pub fn referenced(self, raw: i32, angle: f64) -> Self {
+        let count = self.direction.apply(self.counts_per_revolution.count_at(angle)) as i32;
+        Self { zero: raw.wrapping_sub(count), ..self }
+    }
+}
+
+/// What is wrong with an encoder's configuration or with what it reports.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum EncoderError {
+    /// See [`CountsPerRevolution::RANGE`].
+    #[error("{counts} counts per revolution, expected {} to {}", CountsPerRevolution::RANGE.start(), CountsPerRevolution::RANGE.end())]
+    CountsPerRevolution {
+        /// Found.
+        counts: u32,
+    },
+    /// See [`CounterWidth::RANGE`].
+    #[error("a counter of {bits} bits, expected {} to {}", CounterWidth::RANGE.start(), CounterWidth::RANGE.end())]
+    CounterWidth {
+        /// Found.
+        bits: u8,
+    },
+    /// See [`JumpLimit::new`].
+    #[error("a greatest joint rate of {rate} rad/s, expected a finite one above zero")]
+    JumpRate {
+        /// Found.
+        rate: f64,
+    },
+    /// The counter changed by more than the joint can have turned.
+    #[error("the counter went by {change} counts in {elapsed:?}, the joint cannot turn more than {limit}")]
+    Jump {
+        /// Counts by which it changed since the last reading that was believed.
+        change: i64,
+        /// Counts that would have been believed.
+        limit: i64,
+        /// Time since that reading.
+        elapsed: Duration,
+    },
+    /// In the time since the last reading the joint may have turned half of the counter's range.
+    #[error(
+        "{elapsed:?} without a reading: the joint may have turned {limit} counts, a {bits}-bit counter tells less than {half_range}"
+    )]
+    Ambiguous {
+        /// Counts that the joint may have turned.
+        limit: i64,
+        /// Half of the counter's range.
+        half_range: i64,
+        /// Width of the counter.
+        bits: u8,
+        /// Time since the last reading.
+        elapsed: Duration,
+    },
+}
+
+/// An encoder's state: plain data, a copy of it is a snapshot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Encoder {
+    configuration: EncoderConfiguration,
+    last: Option<Reading>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Reading {
+    raw: i32,
+    count: i64,
+    age: Duration,
+}
+
+impl Encoder {
+    /// An encoder that has read nothing yet.
+    pub const fn new(configuration: EncoderConfiguration) -> Self {
+        Self { configuration, last: None }
+    }
+
+    /// Its configuration.
+    pub const fn configuration(&self) -> &EncoderConfiguration {
+        &self.configuration
+    }
+
+    /// Takes the counter's value, `elapsed` after the previous call, and gives the count from the joint's zero in the
+    /// joint's direction.
+    ///
+    /// The first reading is taken as the one nearest to the zero. A reading that is refused leaves the encoder as it
+    /// was, and its time counts towards the next.
+    ///
+    /// # Errors
+    /// [`EncoderError::Jump`], [`EncoderError::Ambiguous`].
+    pub fn update(&mut self, raw: i32, elapsed: Duration) -> Result<i64, EncoderError> {
+        let EncoderConfiguration { counter_width: width, direction, zero, jump_limit, .. } = self.configuration;
+        let count = match &mut self.last {
+            None => direction.apply(i64::from(width.difference(raw, zero))),
+            Some(last) => {
+                last.age = last.age.saturating_add(elapsed);
+                let elapsed = last.age;
+                let limit = jump_limit.counts(self.configuration.counts_per_revolution.resolution(), elapsed);
+                let half_range = width.half_range();
+                if limit >= half_range {
+                    return Err(EncoderError::Ambiguous { limit, half_range, bits: width.get(), elapsed });
+                }
+                let change = i64::from(width.difference(raw, last.raw));
+                if change.abs() > limit {
+                    return Err(EncoderError::Jump { change, limit, elapsed });
+                }
+                last.count.saturating_add(direction.apply(change))
+            }
+        };
+        self.last = Some(Reading { raw, count, age: Duration::ZERO });
+        Ok(count)
+    }
+
+    /// The angle of a count: `count · D`, rad.
+    pub fn angle_of(&self, count: i64) -> f64 {
+        let count: f64 = nalgebra::convert(count);
+        count * self.configuration.counts_per_revolution.resolution()
+    }
+
+    /// The angle after the last reading that was believed, rad.
+    pub fn angle(&self) -> Option<f64> {
+        self.last.map(|last| self.angle_of(last.count))
+    }
+}
+
+#[cfg(test)]
+mod tests;

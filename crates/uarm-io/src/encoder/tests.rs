@@ -1,0 +1,126 @@
+use super::*;
+use proptest::prelude::*;
+
+const PERIOD: Duration = Duration::from_millis(3);
+
+fn configuration(counts: u32, bits: u8, direction: Direction, zero: i32) -> EncoderConfiguration {
+    EncoderConfiguration {
+        counts_per_revolution: CountsPerRevolution::new(counts).unwrap(),
+        counter_width: CounterWidth::new(bits).unwrap(),
+        direction,
+        zero,
+        jump_limit: JumpLimit::new(10.0, 4).unwrap(),
+    }
+}
+
+/// What a counter of `bits` bits shows at `count`: the low bits, the rest garbage as a drive may leave it.
+fn shown(count: i64, bits: u8, garbage: u32) -> i32 {
+    let mask = if bits == 32 { u32::MAX } else { (1 << bits) - 1 };
+    ((count as u32 & mask) | (garbage & !mask)) as i32
+}
+
+#[test]
+fn ranges_are_checked() {
+    assert_eq!(CounterWidth::new(7), Err(EncoderError::CounterWidth { bits: 7 }));
+    assert_eq!(CounterWidth::new(33), Err(EncoderError::CounterWidth { bits: 33 }));
+    assert_eq!(CountsPerRevolution::new(3), Err(EncoderError::CountsPerRevolution { counts: 3 }));
+    assert!(JumpLimit::new(f64::NAN, 0).is_err());
+    assert!(JumpLimit::new(0.0, 0).is_err());
+}
+
+#[test]
+fn a_jump_names_its_counts_and_leaves_the_encoder_as_it_was() {
+    // 10 rad/s over 3 ms are 38.2 of 8000 counts per revolution; with the margin of 4 that makes 42.
+    let mut encoder = Encoder::new(configuration(8000, 32, Direction::Same, 0));
+    encoder.update(1000, Duration::ZERO).unwrap();
+    assert_eq!(encoder.update(1042, PERIOD), Ok(1042));
+    assert_eq!(encoder.update(1085, PERIOD), Err(EncoderError::Jump { change: 43, limit: 42, elapsed: PERIOD }));
+    assert_eq!(encoder.angle(), Some(encoder.angle_of(1042)));
+    // The refused reading's time counts: now the same reading is within reach.
+    assert_eq!(encoder.update(1085, PERIOD), Ok(1085));
+}
+
+#[test]
+fn a_gap_that_a_narrow_counter_cannot_bridge_is_refused() {
+    let mut encoder = Encoder::new(configuration(8000, 8, Direction::Same, 0));
+    encoder.update(0, Duration::ZERO).unwrap();
+    let elapsed = Duration::from_millis(10);
+    let limit = 127 + 4;
+    assert_eq!(encoder.update(1, elapsed), Err(EncoderError::Ambiguous { limit, half_range: 128, bits: 8, elapsed }));
+}
+
+#[test]
+fn the_count_of_an_angle_rounds_half_up() {
+    let counts = CountsPerRevolution::new(8).unwrap();
+    let step = counts.resolution();
+    assert_eq!([-0.51, -0.49, 0.49, 0.5, 7.9].map(|turned| counts.count_at(turned * step)), [-1, 0, 0, 1, 8]);
+}
+
+#[test]
+fn a_known_pose_sets_the_zero() {
+    for direction in [Direction::Same, Direction::Reversed] {
+        let angle = 20_f64.to_radians();
+        let configuration = configuration(33_739, 24, direction, 0).referenced(-77_123, angle);
+        let mut encoder = Encoder::new(configuration);
+        let count = encoder.update(-77_123, Duration::ZERO).unwrap();
+        assert_eq!(count, configuration.counts_per_revolution.count_at(angle));
+    }
+}
+
+proptest! {
+    /// A shaft walks at random over many wraps of its counter; the encoder follows without losing a count.
+    #[test]
+    fn unwrapping_is_exact(
+        bits in CounterWidth::RANGE,
+        reversed in any::<bool>(),
+        zero in any::<i32>(),
+        start in -100_i64..100,
+        steps in proptest::collection::vec(-42_i64..=42, 0..300),
+        garbage in any::<u32>(),
+    ) {
+        let direction = if reversed { Direction::Reversed } else { Direction::Same };
+        let mut encoder = Encoder::new(configuration(8000, bits, direction, zero));
+        let mut count = start;
+        let show = |count: i64| shown(i64::from(zero) + direction.apply(count), bits, garbage);
+        prop_assert_eq!(encoder.update(show(count), Duration::ZERO), Ok(count));
+        for step in steps {
+            count += step;
+            prop_assert_eq!(encoder.update(show(count), PERIOD), Ok(count));
+        }
+    }
+
+    /// Steady turning wraps narrow counters several times, either way.
+    #[test]
+    fn steady_turning_wraps_exactly(bits in 8_u8..=11, speed in prop_oneof![-42_i64..=-1, 1_i64..=42]) {
+        let mut encoder = Encoder::new(configuration(8000, bits, Direction::Same, 0));
+        let cycles = 3 * (1 << bits) / speed.abs();
+        for cycle in 0..cycles {
+            let count = cycle * speed;
+            prop_assert_eq!(encoder.update(shown(count, bits, 0), PERIOD), Ok(count));
+        }
+    }
+
+    /// Quantising and reading back is the formula of the model of the robot, bit for bit.
+    #[test]
+    fn angles_are_multiples_of_the_resolution(angle in -50.0_f64..50.0, counts in 2_000_u32..70_000) {
+        let counts = CountsPerRevolution::new(counts).unwrap();
+        let step = core::f64::consts::TAU / f64::from(counts.get());
+        let encoder = Encoder::new(configuration(counts.get(), 32, Direction::Same, 0));
+        prop_assert_eq!(encoder.angle_of(counts.count_at(angle)), (angle / step + 0.5).floor() * step);
+    }
+
+    #[test]
+    fn nothing_a_drive_reports_panics(
+        bits in CounterWidth::RANGE,
+        zero in any::<i32>(),
+        readings in proptest::collection::vec((any::<i32>(), 0_u64..u64::MAX), 0..50),
+    ) {
+        let mut encoder = Encoder::new(configuration(1 << 30, bits, Direction::Reversed, zero));
+        for (raw, nanoseconds) in readings {
+            let before = encoder.angle();
+            if encoder.update(raw, Duration::from_nanos(nanoseconds)).is_err() {
+                prop_assert_eq!(encoder.angle(), before);
+            }
+        }
+    }
+}

@@ -1,0 +1,211 @@
+use super::*;
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use proptest::prelude::*;
+
+const PERIOD: f64 = 0.003;
+
+fn all() -> [AnyEstimator<f64>; 4] {
+    [
+        EstimatorConfiguration::LowPass { corner: 27.81882 },
+        EstimatorConfiguration::Tracking { bandwidth: 60.0 },
+        EstimatorConfiguration::Kalman(KalmanSettings {
+            jerk_density: 50.0,
+            measurement_deviation: 1e-4,
+            nominal_period: PERIOD,
+        }),
+        EstimatorConfiguration::Robust { jerk_bound: 20.0 },
+    ]
+    .map(|configuration| AnyEstimator::new(&configuration).unwrap())
+}
+
+/// Runs an estimator over `motion` for `duration`, stepping by what `period` gives, and returns its last estimate and
+/// the time of it.
+fn follow(
+    estimator: &mut AnyEstimator<f64>,
+    motion: impl Fn(f64) -> f64,
+    duration: f64,
+    mut period: impl FnMut() -> f64,
+) -> (Estimate<f64>, f64) {
+    let mut time = 0.0;
+    let mut estimate = estimator.update(motion(time), 0.0);
+    while time < duration {
+        let step = period();
+        time += step;
+        estimate = estimator.update(motion(time), step);
+    }
+    (estimate, time)
+}
+
+/// A repeatable sequence in 0 … 1 (a Lehmer generator).
+fn sequence() -> impl FnMut() -> f64 {
+    let mut state = 12_345_u64;
+    move || {
+        state = state * 48_271 % 2_147_483_647;
+        state as f64 / 2_147_483_647.0
+    }
+}
+
+#[test]
+fn settings_are_checked() {
+    for corner in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(LowPassDerivative::<f64>::new(corner).is_err());
+        assert!(TrackingLoop::<f64>::new(corner).is_err());
+        assert!(RobustDifferentiator::<f64>::new(corner).is_err());
+        let settings = KalmanSettings { jerk_density: corner, measurement_deviation: 1e-4, nominal_period: PERIOD };
+        assert!(KalmanFilter::<f64>::new(&settings).is_err());
+    }
+    let error = LowPassDerivative::<f64>::new(-1.0).unwrap_err();
+    assert_eq!(std::format!("{error}"), "low-pass corner (rad/s) of -1, expected a finite number above zero");
+}
+
+/// The low-pass as a sum over its impulse response instead of a recursion: v_n = Σ α (1−α)^(n−k) d_k.
+#[test]
+fn the_low_pass_is_the_convolution_with_its_impulse_response() {
+    let corner = 27.81882;
+    let motion = |k: i32| 0.3 * (2.0 * PERIOD * f64::from(k)).sin() + 1e-3 * f64::from(k * 7919 % 13);
+    let mut estimator = LowPassDerivative::new(corner).unwrap();
+    estimator.update(motion(0), 0.0);
+    let smoothing = 1.0 - (-corner * PERIOD).exp();
+    for n in 1..400 {
+        let rate = estimator.update(motion(n), PERIOD).rate;
+        let sum: f64 =
+            (1..=n).map(|k| smoothing * (1.0 - smoothing).powi(n - k) * (motion(k) - motion(k - 1)) / PERIOD).sum();
+        // 400 terms of size 1 in another order.
+        assert_abs_diff_eq!(rate, sum, epsilon = 1e-12);
+    }
+}
+
+/// Two half steps and one whole step over a steady slope leave the low-pass in the same state: the weight of a
+/// difference is that of its time.
+#[test]
+fn the_low_pass_weighs_time_not_steps() {
+    let mut whole = LowPassDerivative::new(30.0).unwrap();
+    let mut halves = whole;
+    whole.update(0.0, 0.0);
+    halves.update(0.0, 0.0);
+    whole.update(0.01, 0.004);
+    halves.update(0.005, 0.002);
+    halves.update(0.01, 0.002);
+    assert_relative_eq!(whole.freeze().unwrap().rate, halves.freeze().unwrap().rate, max_relative = 1e-14);
+}
+
+#[test]
+fn standing_still_is_seen_exactly() {
+    for mut estimator in all() {
+        let (estimate, _) = follow(&mut estimator, |_| 0.7, 1.0, || PERIOD);
+        assert_eq!(estimate, Estimate::at_rest(0.7), "{estimator:?}");
+    }
+}
+
+#[test]
+fn a_ramp_is_followed_without_error_however_the_period_varies() {
+    for mut estimator in all() {
+        let mut random = sequence();
+        let (estimate, time) = follow(&mut estimator, |t| 0.1 + 0.5 * t, 4.0, || PERIOD * (0.5 + random()));
+        // The linear ones converge exponentially. Levant's keeps a limit cycle of the order L T².
+        let tolerance = if matches!(estimator, AnyEstimator::Robust(_)) { 20.0 * 20.0 * PERIOD * PERIOD } else { 1e-9 };
+        assert_abs_diff_eq!(estimate.rate, 0.5, epsilon = tolerance);
+        assert_abs_diff_eq!(estimate.position, 0.1 + 0.5 * time, epsilon = tolerance);
+    }
+}
+
+#[test]
+fn a_constant_acceleration_is_followed_by_those_that_track_it() {
+    for mut estimator in all() {
+        let mut random = sequence();
+        let (estimate, time) = follow(&mut estimator, |t| 0.5 * t * t, 3.0, || PERIOD * (0.5 + random()));
+        match estimator {
+            // A first-order low-pass lags by 1/ω_c, the backward difference by about half a period.
+            AnyEstimator::LowPass(_) => {
+                assert_abs_diff_eq!(time - estimate.rate, 1.0 / 27.81882, epsilon = PERIOD);
+            }
+            AnyEstimator::Robust(_) => {
+                assert_abs_diff_eq!(estimate.rate, time, epsilon = 20.0 * 20.0 * PERIOD * PERIOD)
+            }
+            _ => assert_abs_diff_eq!(estimate.rate, time, epsilon = 1e-7),
+        }
+    }
+}
+
+/// Levant's accuracy without noise scales as T² for the rate: a quarter of the period, a sixteenth of the error.
+#[test]
+fn the_robust_differentiator_keeps_the_order_of_its_accuracy() {
+    let worst = |period: f64| {
+        let mut estimator = RobustDifferentiator::new(3.0).unwrap();
+        let steps = (6.0 / period) as i32;
+        (0..steps)
+            .map(|k| {
+                let time = f64::from(k) * period;
+                let error = estimator.update(time.sin(), period).rate - time.cos();
+                if time > 4.0 { error.abs() } else { 0.0 }
+            })
+            .fold(0.0, f64::max)
+    };
+    let (coarse, fine) = (worst(0.004), worst(0.001));
+    assert!(coarse < 60.0 * 0.004 * 0.004, "{coarse}");
+    assert!((8.0..32.0).contains(&(coarse / fine)), "{coarse} {fine}");
+}
+
+#[test]
+fn a_frozen_state_goes_on_to_the_bit() {
+    for mut estimator in all() {
+        follow(&mut estimator, |t| t.sin(), 0.5, || PERIOD);
+        let mut thawed = estimator;
+        thawed.reset_unknown();
+        thawed.thaw(estimator.freeze());
+        for k in 0..100 {
+            let position = f64::from(k) * 1e-3;
+            assert_eq!(estimator.update(position, PERIOD), thawed.update(position, PERIOD));
+        }
+    }
+}
+
+#[test]
+fn single_precision_follows_double() {
+    let mut wide = TrackingLoop::<f64>::new(60.0).unwrap();
+    let mut narrow = TrackingLoop::<f32>::new(60.0).unwrap();
+    for k in 0..1000 {
+        let position = (f64::from(k) * PERIOD).sin();
+        let rate = wide.update(position, PERIOD).rate;
+        // β/T magnifies the rounding of an angle of 1 rad to 24 bits some thirty times.
+        assert_abs_diff_eq!(f64::from(narrow.update(position as f32, PERIOD as f32).rate), rate, epsilon = 1e-4);
+    }
+}
+
+proptest! {
+    /// No period and no angle that is a number makes a number that is none.
+    #[test]
+    fn estimates_stay_finite(
+        steps in proptest::collection::vec((-100.0_f64..100.0, prop_oneof![0.0_f64..0.1, Just(0.0), Just(-1.0), Just(f64::NAN)]), 1..100),
+    ) {
+        for mut estimator in all() {
+            for (position, period) in &steps {
+                let estimate = estimator.update(*position, *period);
+                prop_assert!(estimate.position.is_finite() && estimate.rate.is_finite() && estimate.acceleration.is_finite());
+            }
+        }
+    }
+
+    /// A step without time changes nothing.
+    #[test]
+    fn no_time_no_change(position in -3.0_f64..3.0, other in -3.0_f64..3.0) {
+        for mut estimator in all() {
+            estimator.update(position, 0.0);
+            let before = estimator.update(position + 1e-3, PERIOD);
+            prop_assert_eq!(estimator.update(other, 0.0), before);
+        }
+    }
+
+    /// Lags and gains do not depend on where the joint is.
+    #[test]
+    fn the_linear_ones_are_linear(offset in -3.0_f64..3.0, scale in -5.0_f64..5.0) {
+        for estimator in &all()[..3] {
+            let (mut plain, mut moved) = (*estimator, *estimator);
+            for k in 0..200 {
+                let position = (f64::from(k) * 0.01).sin();
+                let (a, b) = (plain.update(position, PERIOD), moved.update(offset + scale * position, PERIOD));
+                prop_assert!((b.rate - scale * a.rate).abs() < 1e-10);
+            }
+        }
+    }
+}

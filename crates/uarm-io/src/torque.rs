@@ -1,0 +1,187 @@
+//! From joint torques to the per mille of rated torque that a drive takes, and back.
+
+use crate::encoder::Direction;
+
+/// A motor's rated torque at the joint, as object 6076h holds it: whole mN·m, above zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RatedTorque(u32);
+
+impl RatedTorque {
+    /// `millinewton_metres` mN·m.
+    ///
+    /// # Errors
+    /// [`TorqueError::RatedTorque`] for zero.
+    pub const fn from_millinewton_metres(millinewton_metres: u32) -> Result<Self, TorqueError> {
+        if millinewton_metres == 0 { Err(TorqueError::RatedTorque) } else { Ok(Self(millinewton_metres)) }
+    }
+
+    /// mN·m, the unit of 6076h.
+    pub const fn millinewton_metres(self) -> u32 {
+        self.0
+    }
+
+    /// N·m.
+    pub fn newton_metres(self) -> f64 {
+        f64::from(self.0) * 1e-3
+    }
+
+    /// One per mille of it, the step in which torque is commanded, N·m.
+    pub fn per_mille(self) -> f64 {
+        self.newton_metres() * 1e-3
+    }
+}
+
+/// The most that is ever asked of a drive, per mille of its rated torque: 1 to 32767.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TorqueCeiling(i16);
+
+impl TorqueCeiling {
+    /// The rated torque itself.
+    pub const RATED: Self = Self(1000);
+
+    /// `per_mille` of the rated torque.
+    ///
+    /// # Errors
+    /// [`TorqueError::Ceiling`] below 1.
+    pub const fn new(per_mille: i16) -> Result<Self, TorqueError> {
+        if per_mille < 1 { Err(TorqueError::Ceiling { per_mille }) } else { Ok(Self(per_mille)) }
+    }
+
+    /// Per mille.
+    pub const fn per_mille(self) -> i16 {
+        self.0
+    }
+}
+
+/// What is wrong with a torque or its scale.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum TorqueError {
+    /// A rated torque of zero.
+    #[error("a rated torque of 0 mN·m, expected at least 1")]
+    RatedTorque,
+    /// A ceiling that is none.
+    #[error("a torque ceiling of {per_mille} per mille, expected 1 to 32767")]
+    Ceiling {
+        /// Found.
+        per_mille: i16,
+    },
+    /// A torque that is no number: nothing may be sent.
+    #[error("a torque of {torque} N·m cannot be sent")]
+    NotFinite {
+        /// Found.
+        torque: f64,
+    },
+}
+
+/// A torque as it goes to the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TargetTorque {
+    /// Object 6071h.
+    pub per_mille: i16,
+    /// Whether it is all that was asked for.
+    pub saturation: Saturation,
+}
+
+/// Whether a torque was cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Saturation {
+    /// It is within the ceiling.
+    Within,
+    /// It was cut to the ceiling.
+    Cut,
+}
+
+/// The scale between a joint's torque and its drive's per mille.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TorqueScale {
+    /// 1000 per mille.
+    pub rated_torque: RatedTorque,
+    /// Which way the motor turns the joint.
+    pub direction: Direction,
+    /// The most that is sent.
+    pub ceiling: TorqueCeiling,
+}
+
+impl TorqueScale {
+    /// The target for `torque` N·m at the joint: rounded to the nearest per mille, halves away from zero, and cut at
+    /// the ceiling, which is reported.
+    ///
+    /// The controller's own limiter comes before this one; it should never have to cut.
+    ///
+    /// # Errors
+    /// [`TorqueError::NotFinite`].
+    pub fn to_drive(&self, torque: f64) -> Result<TargetTorque, TorqueError> {
+        if !torque.is_finite() {
+            return Err(TorqueError::NotFinite { torque });
+        }
+        let asked = nalgebra::ComplexField::round(self.direction.apply(torque) / self.rated_torque.per_mille());
+        let ceiling = f64::from(self.ceiling.0);
+        let sent = asked.clamp(-ceiling, ceiling);
+        let saturation = if asked.abs() > ceiling { Saturation::Cut } else { Saturation::Within };
+        Ok(TargetTorque { per_mille: whole(sent), saturation })
+    }
+
+    /// The joint's torque at `per_mille`, N·m.
+    pub fn to_joint(&self, per_mille: i16) -> f64 {
+        self.direction.apply(f64::from(per_mille)) * self.rated_torque.per_mille()
+    }
+}
+
+/// A whole number within ±32767.
+#[allow(clippy::as_conversions)] // the caller has clamped it, and `as` saturates
+fn whole(value: f64) -> i16 {
+    value as i16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn scale(millinewton_metres: u32, direction: Direction) -> TorqueScale {
+        let rated_torque = RatedTorque::from_millinewton_metres(millinewton_metres).unwrap();
+        TorqueScale { rated_torque, direction, ceiling: TorqueCeiling::RATED }
+    }
+
+    #[test]
+    fn halves_round_away_from_zero() {
+        let scale = scale(1000, Direction::Same);
+        let per_mille = [0.0004, 0.0005, -0.0005, 0.0706, -0.0706].map(|t| scale.to_drive(t).unwrap().per_mille);
+        assert_eq!(per_mille, [0, 1, -1, 71, -71]);
+    }
+
+    #[test]
+    fn what_is_no_number_is_refused() {
+        for torque in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(matches!(scale(200, Direction::Same).to_drive(torque), Err(TorqueError::NotFinite { .. })));
+        }
+        assert_eq!(RatedTorque::from_millinewton_metres(0), Err(TorqueError::RatedTorque));
+        assert_eq!(TorqueCeiling::new(0), Err(TorqueError::Ceiling { per_mille: 0 }));
+    }
+
+    proptest! {
+        #[test]
+        fn torques_come_back_to_half_a_step(torque in -0.2_f64..0.2, reversed in any::<bool>()) {
+            let scale = scale(200, if reversed { Direction::Reversed } else { Direction::Same });
+            let target = scale.to_drive(torque).unwrap();
+            prop_assert_eq!(target.saturation, Saturation::Within);
+            let half_step = 0.5 * scale.rated_torque.per_mille();
+            prop_assert!((scale.to_joint(target.per_mille) - torque).abs() <= half_step * (1.0 + 1e-12));
+        }
+
+        #[test]
+        fn every_per_mille_survives(per_mille in -1000_i16..=1000, rated in 1_u32..1_000_000, reversed in any::<bool>()) {
+            let scale = scale(rated, if reversed { Direction::Reversed } else { Direction::Same });
+            prop_assert_eq!(scale.to_drive(scale.to_joint(per_mille)).unwrap().per_mille, per_mille);
+        }
+
+        #[test]
+        fn nothing_exceeds_the_ceiling(torque in any::<f64>(), ceiling in 1_i16..=i16::MAX) {
+            let scale = TorqueScale { ceiling: TorqueCeiling::new(ceiling).unwrap(), ..scale(7, Direction::Same) };
+            match scale.to_drive(torque) {
+                Ok(target) => prop_assert!(i32::from(target.per_mille).abs() <= i32::from(ceiling)),
+                Err(_) => prop_assert!(!torque.is_finite()),
+            }
+        }
+    }
+}
