@@ -13,7 +13,7 @@
 //! At γ = γ₀ the intervals are [t_i², t_i²(2γ²/R_i − 1)]: the level designed for is proven exactly where
 //! max t_i² ≤ min t_i²(2γ²/R_i − 1). T11 = tI always qualifies, and so does every row of Table 3.
 
-use crate::{Synthesis, number};
+use crate::Synthesis;
 use dem_model::Scalar;
 use nalgebra::{Matrix2, Vector2};
 
@@ -66,7 +66,7 @@ struct StorageGains<T: Scalar> {
 
 impl<T: Scalar> StorageGains<T> {
     fn smallest_level(&self) -> Option<ProvenAttenuation<T>> {
-        let two = number::<T>(2.0);
+        let two = T::constant(2.0);
         let mut holds = self.designed;
         // R < γ₀²I leaves each interval non-empty for large γ, and they grow without bound.
         let mut doublings = 0;
@@ -94,12 +94,12 @@ impl<T: Scalar> StorageGains<T> {
         let (low_1, high_1) = self.interval(self.t_squared.x, self.control.x, level_squared)?;
         let (low_2, high_2) = self.interval(self.t_squared.y, self.control.y, level_squared)?;
         let (low, high) = (low_1.max(low_2), high_1.min(high_2));
-        (low <= high).then_some((low + high) / number::<T>(2.0))
+        (low <= high).then_some((low + high) / T::constant(2.0))
     }
 
     fn interval(&self, t_squared: T, control: T, level_squared: T) -> Option<(T, T)> {
         let inverse = T::one() / control;
-        let constant = number::<T>(2.0) * inverse - T::one() / self.designed;
+        let constant = T::constant(2.0) * inverse - T::one() / self.designed;
         let discriminant = inverse * inverse - constant / level_squared;
         if discriminant < T::zero() || level_squared <= T::zero() {
             return None;

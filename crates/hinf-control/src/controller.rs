@@ -49,15 +49,48 @@ pub struct Command<T: Scalar> {
     pub adaptation: AdaptationStatus,
 }
 
-/// What adaptation met in one cycle; all `false` for a law that does not adapt.
+/// What a law met in one cycle. Only `fell_back` can be `true` for a law that does not adapt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptationStatus {
-    /// The projection held Φ at the border of its set.
+    /// The projection moved Φ back to the border of its set.
     pub projected: bool,
+    /// The alarm: Φ is on or beyond the border of the set it should stay in, projected or not.
+    pub at_bound: bool,
     /// Φ stood still because the torque was limited (anti-windup).
     pub frozen: bool,
-    /// A non-finite value was met; the defined fallback was used.
+    /// A value was met that cannot be worked with; the defined fallback was used: for a non-finite input or result the
+    /// torque is zero and Φ stands still, see [`Command::fallback`]; what else there is stands with each law.
     pub fell_back: bool,
+}
+
+impl<T: Scalar> Command<T> {
+    /// What leaves a law when its inputs or its result are not finite: no torque.
+    ///
+    /// Zero is the one torque that is safe without knowledge: the drives' own watchdogs and the loop's checks act on
+    /// [`AdaptationStatus::fell_back`].
+    pub fn fallback(status: AdaptationStatus) -> Self {
+        Self {
+            torque: Vector2::zeros(),
+            control_input: Vector2::zeros(),
+            adaptation: AdaptationStatus { fell_back: true, ..status },
+        }
+    }
+
+    /// This command if its numbers are finite, otherwise the fallback.
+    #[must_use]
+    pub fn or_fallback(self) -> Self {
+        let finite = self.torque.iter().chain(self.control_input.iter()).all(|value| value.is_finite());
+        if finite { self } else { Self::fallback(self.adaptation) }
+    }
+}
+
+/// Whether a law can work with what it got: finite numbers, and a period that is not negative. What is known of the base is
+/// left out, since not every law reads it.
+pub fn is_usable<T: Scalar>(measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> bool {
+    let vectors = [measurement.position, measurement.rate, reference.position, reference.rate, reference.acceleration];
+    vectors.iter().all(|vector| vector.iter().all(|value| value.is_finite()))
+        && period.is_finite()
+        && period >= T::zero()
 }
 
 /// Which of the two torques left the limiter smaller than it came.
@@ -81,27 +114,54 @@ impl<T: Scalar> FrozenState<T> {
         Some(state)
     }
 
+    /// The state of a law that has none.
+    pub fn empty() -> Self {
+        Self { values: [T::zero(); STATE_CAPACITY], len: 0 }
+    }
+
+    /// The first [`STATE_CAPACITY`] of `values`; a law checks at compile time that it has no more.
+    pub(crate) fn gather(values: impl Iterator<Item = T>) -> Self {
+        let mut state = Self::empty();
+        for (slot, value) in state.values.iter_mut().zip(values) {
+            *slot = value;
+            state.len += 1;
+        }
+        state
+    }
+
+    /// Checks that this is the state of a law that has none.
+    pub(crate) fn expect_empty(&self) -> Result<(), ThawError> {
+        if self.len == 0 { Ok(()) } else { Err(ThawError::Size { expected: 0, found: self.len }) }
+    }
+
     /// The numbers that make up the state, in the order that the law documents.
     pub fn values(&self) -> &[T] {
         self.values.get(..self.len).unwrap_or(&[])
     }
 }
 
-/// A frozen state that belongs to another law, or to another shape of the same law.
+/// Why a frozen state is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the frozen state holds {found} numbers, this law has {expected}")]
-pub struct ThawError {
-    /// Numbers that this law's state has.
-    pub expected: usize,
-    /// Numbers that were handed in.
-    pub found: usize,
+#[non_exhaustive]
+pub enum ThawError {
+    /// It belongs to another law, or to another shape of the same law.
+    #[error("the frozen state holds {found} numbers, this law has {expected}")]
+    Size {
+        /// Numbers that this law's state has.
+        expected: usize,
+        /// Numbers that were handed in.
+        found: usize,
+    },
+    /// It holds a number that no law can have left in it.
+    #[error("the frozen state holds a number that is not finite")]
+    NotFinite,
 }
 
 /// A control law.
 ///
 /// The caller samples the robot, calls [`Controller::update`] once a cycle, limits the torque, and reports with
 /// [`Controller::limited`] what the limiter did. A law never reads a clock, allocates or fails: bad configurations are
-/// refused when it is built.
+/// refused when it is built. Nothing non-finite leaves it, whatever comes in: see [`Command::fallback`].
 pub trait Controller<T: Scalar> {
     /// One cycle. `period` is the time since the previous call in seconds, zero on the first: adaptive laws first step
     /// Φ over it with the Φ̇ of the previous call (explicit Euler), then compute the torque from the stepped Φ.
@@ -124,6 +184,6 @@ pub trait Controller<T: Scalar> {
     /// Goes on from a frozen state.
     ///
     /// # Errors
-    /// [`ThawError`] if the state has another size than this law's; the law is then unchanged.
+    /// [`ThawError`] if the state has another size than this law's, or is not finite; the law is then unchanged.
     fn thaw(&mut self, state: &FrozenState<T>) -> Result<(), ThawError>;
 }

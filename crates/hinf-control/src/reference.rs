@@ -1,6 +1,6 @@
 //! The desired motion: a polynomial of the fifth degree from rest to rest (paper eq. 47).
 
-use crate::{Reference, number};
+use crate::Reference;
 use dem_model::Scalar;
 use nalgebra::Vector2;
 
@@ -55,7 +55,7 @@ impl<T: Scalar> QuinticReference<T> {
             return Err(ReferenceError::DurationNotPositive { found: duration.to_f64() });
         }
         // |q̈ᵈ| ≤ 10/√3·|q_f − q_0|/t_f² and |q̇ᵈ| ≤ 15/8·|q_f − q_0|/t_f: 60 is far above every intermediate factor.
-        let bound = (end - start) / duration * number::<T>(60.0);
+        let bound = (end - start) / duration * T::constant(60.0);
         let motion_is_finite = bound.iter().all(|rate| rate.is_finite() && (*rate / duration).is_finite());
         if !motion_is_finite {
             return Err(ReferenceError::MotionNotFinite { duration: duration.to_f64() });
@@ -65,11 +65,11 @@ impl<T: Scalar> QuinticReference<T> {
 
     /// The task of the paper's section 4: from (20°, 20°) to (80°, 60°) in 3 s.
     pub fn paper() -> Self {
-        let radians = |degrees: f64| number(degrees.to_radians());
+        let radians = |degrees: f64| T::constant(degrees.to_radians());
         Self {
             start: Vector2::new(radians(20.0), radians(20.0)),
             end: Vector2::new(radians(80.0), radians(60.0)),
-            duration: number(3.0),
+            duration: T::constant(3.0),
         }
     }
 
@@ -98,7 +98,7 @@ impl<T: Scalar> QuinticReference<T> {
 
     /// Eq. 47 and its derivatives at `s` = t/t_f within (0, 1).
     fn moving(&self, s: T) -> Reference<T> {
-        let c = number::<T>;
+        let c = T::constant;
         let travel = self.end - self.start;
         let rest_of_way = T::one() - s;
         Reference {

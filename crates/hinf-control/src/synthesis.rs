@@ -13,7 +13,7 @@
 //! geometric mean of positive definite matrices, give a symmetric Q1ᵀQ2 whatever the blocks. For diagonal blocks these
 //! are the plain square roots.
 
-use crate::{TrackingError, WeightReading, Weights, number};
+use crate::{Reference, TrackingError, WeightReading, Weights};
 use dem_model::Scalar;
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
@@ -87,6 +87,15 @@ pub enum SynthesisError {
 /// Symmetry and eq. 9 are checked to this many units of rounding of the largest number involved.
 const ROUNDING_ALLOWANCE: f64 = 1e3;
 
+/// The motion that the nominal torque is computed for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AuxiliaryMotion<T: Scalar> {
+    /// x1 = q̈_mᵈ − Λq̃̇, rad/s².
+    pub acceleration: Vector2<T>,
+    /// x2 = q̇_mᵈ − Λq̃, rad/s.
+    pub rate: Vector2<T>,
+}
+
 /// A solved design: what the laws need of it, ready to use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Synthesis<T: Scalar> {
@@ -131,7 +140,7 @@ impl<T: Scalar> Synthesis<T> {
         let t12 = r1_transposed * q2;
         let singular = SynthesisError::SingularTransformation { determinant: t11.determinant().to_f64() };
         let t11_inverse = invert_well_conditioned(&t11).ok_or(singular)?;
-        let symmetric_part = |matrix: Matrix2<T>| (matrix + matrix.transpose()) * number::<T>(0.5);
+        let symmetric_part = |matrix: Matrix2<T>| (matrix + matrix.transpose()) * T::constant(0.5);
         let storage = symmetric_part(q1.transpose() * q2) - symmetric_part(weights.cross);
         let state_weight =
             block_matrix(&(q1.transpose() * q1), &weights.cross, &weights.cross.transpose(), &(q2.transpose() * q2));
@@ -238,9 +247,27 @@ impl<T: Scalar> Synthesis<T> {
         -(self.control_gain * self.transformed_error(error))
     }
 
+    /// T11⁻¹u, N·m: the feedback as torque, −T11⁻¹R⁻¹BᵀT0x̃ of every law.
+    pub fn feedback_torque(&self, error: &TrackingError<T>) -> Vector2<T> {
+        self.t11_inverse * self.control_input(error)
+    }
+
+    /// T11ᵀBᵀT0x̃: what every adaptation law multiplies with −Z⁻¹Ξᵀ (eqs. 18, 30, 36, 42, 45).
+    pub fn adaptation_signal(&self, error: &TrackingError<T>) -> Vector2<T> {
+        self.t11.transpose() * self.transformed_error(error)
+    }
+
     /// s = q̃̇ + Λq̃ = T11⁻¹BᵀT0x̃, rad/s.
     pub fn filtered_error(&self, error: &TrackingError<T>) -> Vector2<T> {
         error.rate + self.error_rate * error.position
+    }
+
+    /// x1 and x2 of the paper's section 4, the motion that F is computed for.
+    pub fn auxiliary_motion(&self, reference: &Reference<T>, error: &TrackingError<T>) -> AuxiliaryMotion<T> {
+        AuxiliaryMotion {
+            acceleration: reference.acceleration - self.error_rate * error.rate,
+            rate: reference.rate - self.error_rate * error.position,
+        }
     }
 }
 
@@ -303,12 +330,12 @@ fn check_positive_definite<T: Scalar>(matrix: &Matrix2<T>, quantity: &'static st
 }
 
 fn rounding<T: Scalar>() -> T {
-    T::default_epsilon() * number(ROUNDING_ALLOWANCE)
+    T::default_epsilon() * T::constant(ROUNDING_ALLOWANCE)
 }
 
 /// The eigenvalues of a symmetric matrix, smaller first.
 fn eigenvalues<T: Scalar>(matrix: &Matrix2<T>) -> (T, T) {
-    let half = number(0.5);
+    let half = T::constant(0.5);
     let mean = (matrix.m11 + matrix.m22) * half;
     let deviation = ((matrix.m11 - matrix.m22) * half).hypot((matrix.m12 + matrix.m21) * half);
     (mean - deviation, mean + deviation)
@@ -327,7 +354,7 @@ fn square_root<T: Scalar>(matrix: &Matrix2<T>) -> Matrix2<T> {
         return Matrix2::from_diagonal(&matrix.diagonal().map(|element| element.sqrt()));
     }
     let root_of_determinant = matrix.determinant().sqrt();
-    let trace = matrix.trace() + number::<T>(2.0) * root_of_determinant;
+    let trace = matrix.trace() + T::constant(2.0) * root_of_determinant;
     (matrix + Matrix2::identity() * root_of_determinant) / trace.sqrt()
 }
 

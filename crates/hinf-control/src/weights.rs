@@ -1,6 +1,6 @@
 //! The designer's weights Q and R, and the paper's choice of them (Table 3).
 
-use crate::{Law, number};
+use crate::Law;
 use dem_model::Scalar;
 use nalgebra::{Matrix2, Vector2};
 
@@ -69,12 +69,12 @@ impl<T: Scalar> Weights<T> {
             Law::Fuzzy => ([1.0, 1.0], [9.0, 7.0]),
             Law::FuzzyModel => ([4.0, 4.0], [25.0, 7.0]),
         };
-        let vector = |[x, y]: [f64; 2]| Vector2::new(number(x), number(y));
+        let vector = |[x, y]: [f64; 2]| Vector2::new(T::constant(x), T::constant(y));
         Self::diagonal(
             vector(rate),
             vector(position),
             vector(TABLE_3_CONTROL),
-            number(PAPER_ATTENUATION_LEVEL),
+            T::constant(PAPER_ATTENUATION_LEVEL),
             reading,
         )
     }

@@ -1,0 +1,176 @@
+//! Known convex sets for Φ: what is projected onto, and why inequality 12 survives it.
+//!
+//! The laws as printed are integrators: a bounded disturbance, friction or saturation makes Φ drift. Let Φ* lie in a closed
+//! convex set S, and let P be the projection onto S in the metric of Z, P(Φ) = argmin_{φ∈S} ‖φ − Φ‖_Z with
+//! ‖v‖²_Z = vᵀZv. Each step replaces Φ⁺ = Φ + Δt Φ̇ by P(Φ⁺).
+//!
+//! *Inequality 12 survives.* The storage function is V = V_x̃ + ½‖Φ − Φ*‖²_Z (times a constant, see
+//! [`ProvenAttenuation`](crate::ProvenAttenuation)), and only its second term sees the projection. For every point y of
+//! S, the projection x = P(Φ⁺) satisfies ⟨Φ⁺ − x, y − x⟩_Z ≤ 0: otherwise a short way from x to y would lead nearer
+//! to Φ⁺ while staying in the convex S. With y = Φ*:
+//!
+//! ‖Φ⁺ − Φ*‖²_Z = ‖Φ⁺ − x‖²_Z + ‖x − Φ*‖²_Z − 2⟨Φ⁺ − x, Φ* − x⟩_Z ≥ ‖x − Φ*‖²_Z.
+//!
+//! So P never raises V: whatever bound the unprojected step meets, the projected one meets too, sample by sample, and
+//! with Δt → 0 along the motion. The metric matters: a projection in another one, such as clamping to a box with a full Z,
+//! can raise V. That is why
+//!
+//! - [`Ball`] is a ball *in the metric of Z*: its projection is radial, Φ = c + (Φ⁺ − c)·r/‖Φ⁺ − c‖_Z, for any Z. For
+//!   Z = zI it is the Euclidean ball of radius r/√z;
+//! - [`ParameterBox`] can be projected onto with a [`SeparableWeight`](super::SeparableWeight) only, where clamping
+//!   minimises each term of Σ z_i(φ_i − Φ⁺_i)² by itself.
+//!
+//! If Φ* lies outside S, what is proven holds with the nearest point of S in its place, and the difference is part of the
+//! disturbance.
+
+use super::weight::AdaptationWeight;
+use dem_model::Scalar;
+use nalgebra::SVector;
+
+/// Why a set, or a Φ(0) for it, is refused.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BoundError {
+    /// A radius is not a positive finite number.
+    #[error("the radius of the parameter ball is {found}, expected a positive finite number")]
+    Radius {
+        /// What was found.
+        found: f64,
+    },
+    /// A centre, lower or upper bound is NaN or infinite.
+    #[error("the bounds of a parameter set must be finite numbers")]
+    NotFinite,
+    /// A lower bound lies above its upper bound.
+    #[error("parameter {index} has a lower bound above its upper bound")]
+    Empty {
+        /// Which parameter, from 0.
+        index: usize,
+    },
+    /// Φ(0) is not in the set.
+    #[error("the initial parameters lie outside their set")]
+    InitialOutside,
+}
+
+/// All Φ with ‖Φ − c‖_Z ≤ r: a ball in the metric of Z, an ellipsoid in that of Euclid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball<T: Scalar, const P: usize> {
+    centre: SVector<T, P>,
+    radius: T,
+}
+
+impl<T: Scalar, const P: usize> Ball<T, P> {
+    /// The ball with that centre and that radius in the metric of Z.
+    ///
+    /// # Errors
+    /// [`BoundError::Radius`] or [`BoundError::NotFinite`].
+    pub fn new(centre: SVector<T, P>, radius: T) -> Result<Self, BoundError> {
+        if !(radius.is_finite() && radius > T::zero()) {
+            return Err(BoundError::Radius { found: radius.to_f64() });
+        }
+        if !is_finite(&centre) {
+            return Err(BoundError::NotFinite);
+        }
+        Ok(Self { centre, radius })
+    }
+
+    /// Its centre.
+    pub fn centre(&self) -> &SVector<T, P> {
+        &self.centre
+    }
+
+    /// Its radius in the metric of Z.
+    pub fn radius(&self) -> T {
+        self.radius
+    }
+}
+
+/// All Φ with lower ≤ Φ ≤ upper, element by element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParameterBox<T: Scalar, const P: usize> {
+    lower: SVector<T, P>,
+    upper: SVector<T, P>,
+}
+
+impl<T: Scalar, const P: usize> ParameterBox<T, P> {
+    /// The box between two corners.
+    ///
+    /// # Errors
+    /// [`BoundError::Empty`] or [`BoundError::NotFinite`].
+    pub fn new(lower: SVector<T, P>, upper: SVector<T, P>) -> Result<Self, BoundError> {
+        if !(is_finite(&lower) && is_finite(&upper)) {
+            return Err(BoundError::NotFinite);
+        }
+        match lower.iter().zip(upper.iter()).position(|(lower, upper)| lower > upper) {
+            Some(index) => Err(BoundError::Empty { index }),
+            None => Ok(Self { lower, upper }),
+        }
+    }
+
+    /// The smallest allowed parameters.
+    pub fn lower(&self) -> &SVector<T, P> {
+        &self.lower
+    }
+
+    /// The largest allowed parameters.
+    pub fn upper(&self) -> &SVector<T, P> {
+        &self.upper
+    }
+}
+
+/// A closed convex set of parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ParameterSet<T: Scalar, const P: usize> {
+    /// A ball in the metric of Z.
+    Ball(Ball<T, P>),
+    /// A box.
+    Box(ParameterBox<T, P>),
+}
+
+impl<T: Scalar, const P: usize> ParameterSet<T, P> {
+    /// Whether the set, border and all, holds `parameters`.
+    pub fn contains(&self, parameters: &SVector<T, P>, weight: &impl AdaptationWeight<T, P>) -> bool {
+        match self {
+            Self::Ball(ball) => weight.norm_squared(&(parameters - ball.centre)) <= ball.radius * ball.radius,
+            Self::Box(bounds) => bounds.clamp(parameters) == *parameters,
+        }
+    }
+
+    /// Whether the inside of the set holds `parameters`.
+    pub fn contains_inside(&self, parameters: &SVector<T, P>, weight: &impl AdaptationWeight<T, P>) -> bool {
+        match self {
+            Self::Ball(ball) => weight.norm_squared(&(parameters - ball.centre)) < ball.radius * ball.radius,
+            Self::Box(bounds) => {
+                let inside = bounds
+                    .lower
+                    .zip_zip_map(&bounds.upper, parameters, |lower, upper, value| lower < value && value < upper);
+                inside.iter().all(|inside| *inside)
+            }
+        }
+    }
+
+    /// The point of the set nearest to `parameters` in the metric of Z. For a box, Z must be separable.
+    pub(super) fn nearest(&self, parameters: &SVector<T, P>, weight: &impl AdaptationWeight<T, P>) -> SVector<T, P> {
+        match self {
+            Self::Ball(ball) => ball.nearest(parameters, weight),
+            Self::Box(bounds) => bounds.clamp(parameters),
+        }
+    }
+}
+
+impl<T: Scalar, const P: usize> Ball<T, P> {
+    fn nearest(&self, parameters: &SVector<T, P>, weight: &impl AdaptationWeight<T, P>) -> SVector<T, P> {
+        let offset = parameters - self.centre;
+        let distance = weight.norm_squared(&offset).sqrt();
+        if distance > self.radius { self.centre + offset * (self.radius / distance) } else { *parameters }
+    }
+}
+
+impl<T: Scalar, const P: usize> ParameterBox<T, P> {
+    fn clamp(&self, parameters: &SVector<T, P>) -> SVector<T, P> {
+        parameters.zip_zip_map(&self.lower, &self.upper, |value, lower, upper| value.max(lower).min(upper))
+    }
+}
+
+pub(super) fn is_finite<T: Scalar, const P: usize>(parameters: &SVector<T, P>) -> bool {
+    parameters.iter().all(|parameter| parameter.is_finite())
+}
