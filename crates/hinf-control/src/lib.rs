@@ -16,12 +16,17 @@ mod laws;
 mod limiter;
 mod neural_network;
 mod reference;
+mod small_matrix;
 mod synthesis;
+mod synthesis_error;
 mod tracking_error;
 mod weights;
 
 pub use attenuation::ProvenAttenuation;
-pub use catalogue::{Law, PublishedIndices};
+pub use catalogue::{
+    AdaptationWeights, AnyController, BuildError, ControllerOptions, Law, LimitAction, ParameterLimits,
+    PublishedIndices,
+};
 pub use controller::*;
 pub use fuzzy_system::{
     BellError, FUZZY_PARAMETERS, Firing, FuzzyRegressor, FuzzySets, FuzzySystem, GeneralisedBell, RULES, SETS,
@@ -34,6 +39,7 @@ pub use laws::{
 pub use limiter::{LimitedTorque, TorqueLimitError, TorqueLimiter, TorqueLimits};
 pub use neural_network::{NETWORK_INPUTS, NETWORK_PARAMETERS, NEURONS, NetworkError, TanhNetworks};
 pub use reference::{QuinticReference, ReferenceError};
-pub use synthesis::{AuxiliaryMotion, Synthesis, SynthesisError};
+pub use synthesis::{AuxiliaryMotion, Synthesis};
+pub use synthesis_error::SynthesisError;
 pub use tracking_error::TrackingError;
 pub use weights::{PAPER_ATTENUATION_LEVEL, WeightReading, Weights};

@@ -13,76 +13,10 @@
 //! geometric mean of positive definite matrices, give a symmetric Q1ᵀQ2 whatever the blocks. For diagonal blocks these
 //! are the plain square roots.
 
-use crate::{Reference, TrackingError, WeightReading, Weights};
+use crate::small_matrix::{block_matrix, eigenvalues, geometric_mean, invert_well_conditioned, square_root};
+use crate::{Reference, SynthesisError, TrackingError, WeightReading, Weights};
 use dem_model::Scalar;
 use nalgebra::{Matrix2, Matrix4, Vector2};
-
-/// Why a design is refused.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SynthesisError {
-    /// A weight or γ is NaN or infinite, or the design made from them is.
-    #[error("{quantity} holds a number that is not finite")]
-    NotFinite {
-        /// Which quantity.
-        quantity: &'static str,
-    },
-    /// γ is zero or negative.
-    #[error("the attenuation level γ is {found}, expected a positive number")]
-    AttenuationLevelNotPositive {
-        /// The γ found.
-        found: f64,
-    },
-    /// A weight that must be symmetric is not.
-    #[error("{quantity} is not symmetric: its off-diagonal elements differ by {difference:e}")]
-    NotSymmetric {
-        /// Which weight.
-        quantity: &'static str,
-        /// Magnitude of the difference.
-        difference: f64,
-    },
-    /// A weight that must be positive definite is not.
-    #[error("{quantity} is not positive definite: its smallest eigenvalue is {smallest_eigenvalue}")]
-    NotPositiveDefinite {
-        /// Which weight.
-        quantity: &'static str,
-        /// What was found, expected positive.
-        smallest_eigenvalue: f64,
-    },
-    /// R ≥ γ²I: the control is too expensive for the attenuation asked for.
-    #[error(
-        "R must be less than γ²I: its largest eigenvalue is {largest_eigenvalue}, γ² is {attenuation_level_squared}"
-    )]
-    ControlWeightTooLarge {
-        /// The largest eigenvalue of R.
-        largest_eigenvalue: f64,
-        /// γ².
-        attenuation_level_squared: f64,
-    },
-    /// Q1, and with it T11 and T0, has no inverse.
-    #[error("T0 is singular: the determinant of T11 is {determinant:e}")]
-    SingularTransformation {
-        /// det T11.
-        determinant: f64,
-    },
-    /// Q1ᵀQ2 − Q12 is not symmetric, so that no K solves eq. 9.
-    #[error(
-        "equation 9 has no solution for these weights: its residual is {residual:e}, Q1ᵀQ2 − Q12 must be symmetric"
-    )]
-    Unsolvable {
-        /// Largest magnitude in the residual of eq. 9.
-        residual: f64,
-    },
-    /// K is not positive definite.
-    #[error("K is not positive definite: its smallest eigenvalue is {smallest_eigenvalue}")]
-    StorageNotPositive {
-        /// What was found, expected positive.
-        smallest_eigenvalue: f64,
-    },
-    /// Q as a whole is not positive definite: Q12 is too large.
-    #[error("Q is not positive definite: the cross weight Q12 is too large for Q1 and Q2")]
-    StateWeightNotPositive,
-}
 
 /// Symmetry and eq. 9 are checked to this many units of rounding of the largest number involved.
 const ROUNDING_ALLOWANCE: f64 = 1e3;
@@ -333,43 +267,6 @@ fn rounding<T: Scalar>() -> T {
     T::default_epsilon() * T::constant(ROUNDING_ALLOWANCE)
 }
 
-/// The eigenvalues of a symmetric matrix, smaller first.
-fn eigenvalues<T: Scalar>(matrix: &Matrix2<T>) -> (T, T) {
-    let half = T::constant(0.5);
-    let mean = (matrix.m11 + matrix.m22) * half;
-    let deviation = ((matrix.m11 - matrix.m22) * half).hypot((matrix.m12 + matrix.m21) * half);
-    (mean - deviation, mean + deviation)
-}
-
-/// The inverse, unless rounding alone could have made the matrix invertible.
-fn invert_well_conditioned<T: Scalar>(matrix: &Matrix2<T>) -> Option<Matrix2<T>> {
-    let scale = matrix.amax();
-    let threshold = scale * scale * T::default_epsilon();
-    if matrix.determinant().abs() > threshold { matrix.try_inverse() } else { None }
-}
-
-/// The positive definite square root of a positive definite matrix: (A + √det A·I)/√(tr A + 2√det A).
-fn square_root<T: Scalar>(matrix: &Matrix2<T>) -> Matrix2<T> {
-    if matrix.m12 == T::zero() && matrix.m21 == T::zero() {
-        return Matrix2::from_diagonal(&matrix.diagonal().map(|element| element.sqrt()));
-    }
-    let root_of_determinant = matrix.determinant().sqrt();
-    let trace = matrix.trace() + T::constant(2.0) * root_of_determinant;
-    (matrix + Matrix2::identity() * root_of_determinant) / trace.sqrt()
-}
-
-/// The geometric mean A # B of positive definite matrices, the symmetric solution X of XA⁻¹X = B:
-/// √(αβ)/√det(A/α + B/β)·(A/α + B/β) with α = √det A, β = √det B.
-fn geometric_mean<T: Scalar>(a: &Matrix2<T>, b: &Matrix2<T>) -> Matrix2<T> {
-    let diagonal = [a.m12, a.m21, b.m12, b.m21].iter().all(|element| *element == T::zero());
-    if diagonal {
-        return Matrix2::from_diagonal(&a.diagonal().zip_map(&b.diagonal(), |x, y| x.sqrt() * y.sqrt()));
-    }
-    let (alpha, beta) = (a.determinant().sqrt(), b.determinant().sqrt());
-    let sum = a / alpha + b / beta;
-    sum * ((alpha * beta).sqrt() / sum.determinant().sqrt())
-}
-
 /// Largest magnitude in [0 K; K 0] − T0ᵀB(R⁻¹ − I/γ²)BᵀT0 + Q.
 fn riccati_residual<T: Scalar>(
     t11: &Matrix2<T>,
@@ -382,18 +279,4 @@ fn riccati_residual<T: Scalar>(
     let quadratic = block_matrix(&product(t11, t11), &product(t11, t12), &product(t12, t11), &product(t12, t12));
     let storage_rate = block_matrix(&Matrix2::zeros(), storage, storage, &Matrix2::zeros());
     (storage_rate - quadratic + state_weight).amax()
-}
-
-fn block_matrix<T: Scalar>(
-    upper_left: &Matrix2<T>,
-    upper_right: &Matrix2<T>,
-    lower_left: &Matrix2<T>,
-    lower_right: &Matrix2<T>,
-) -> Matrix4<T> {
-    let mut matrix = Matrix4::zeros();
-    matrix.fixed_view_mut::<2, 2>(0, 0).copy_from(upper_left);
-    matrix.fixed_view_mut::<2, 2>(0, 2).copy_from(upper_right);
-    matrix.fixed_view_mut::<2, 2>(2, 0).copy_from(lower_left);
-    matrix.fixed_view_mut::<2, 2>(2, 2).copy_from(lower_right);
-    matrix
 }

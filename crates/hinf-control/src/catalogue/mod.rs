@@ -1,6 +1,12 @@
-//! The one list of control laws: their names, and what the paper says of each.
+//! The one list of control laws: their names, what the paper says of each, and how each is built from options.
 
-/// A control law of this crate. The register: a new law is added here and nowhere else in the crate's own code.
+mod any;
+mod options;
+
+pub use any::AnyController;
+pub use options::{AdaptationWeights, BuildError, ControllerOptions, LimitAction, ParameterLimits};
+
+/// A control law of this crate. The register: a new law is added here, and the compiler asks for the rest of this module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Law {
     /// Controller 1, the model-based nonlinear H∞ law (paper eq. 11).
