@@ -1,0 +1,129 @@
+//! Deadlines and wake-ups of the loop, with the emulated robot as a second process on `vcan0`.
+//!
+//! Measured in guest time (`tools/can-guest run --mode icount`), which is the number of instructions executed: the load of
+//! the machine beneath does not show. cyclictest in the same guest, under the same load, is the yardstick. What this proves
+//! and what it does not is said in docs/testing.md.
+
+mod vcan_support;
+
+use serde_json::Value;
+use std::process::{Child, Command, Stdio};
+use vcan_support::Workshop;
+use vcan_support::bus::Bus;
+use vcan_support::process::{Robot, Scheduling, controller, finish, succeed};
+
+/// Cycles of each measurement: a minute at 3 ms.
+const CYCLES: u64 = 20_000;
+
+/// The duration of the task in robots/uarm.toml.
+const TASK_US: u64 = 3_000_000;
+
+/// The loop may wake this much later than cyclictest at worst: it does work, cyclictest sleeps again at once.
+const WAKE_UP_RATIO: f64 = 1.5;
+
+/// cyclictest's priority: that of the loop.
+const PRIORITY: &str = "80";
+
+/// Processes that compute without end, which the loop must not notice.
+struct Load(Vec<Child>);
+
+impl Load {
+    fn start() -> Self {
+        let busy = || Command::new("sh").args(["-c", "while :; do :; done"]).stdout(Stdio::null()).spawn().unwrap();
+        Self((0..2).map(|_| busy()).collect())
+    }
+}
+
+impl Drop for Load {
+    fn drop(&mut self) {
+        for child in &mut self.0 {
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+    }
+}
+
+/// The largest wake-up latency that cyclictest sees, in nanoseconds.
+fn cyclictest_maximum(period_us: u64, cycles: u64) -> u64 {
+    let (interval, loops) = (period_us.to_string(), cycles.to_string());
+    let arguments = ["--mlockall", "--quiet", "--nsecs", "-t1", "-p", PRIORITY, "-i", &interval, "-l", &loops];
+    let output = succeed(Command::new("cyclictest").args(arguments));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let maximum = text.split("Max:").nth(1).and_then(|rest| rest.split_whitespace().next());
+    maximum.unwrap_or_else(|| panic!("no Max: in cyclictest's output: {text}")).parse().unwrap()
+}
+
+/// Runs the paper's task and holds its end until `cycles` cycles are done; returns the run's timing.
+fn measure(workshop: &Workshop, period_us: u64, cycles: u64, realtime: &str) -> Value {
+    let bus = Bus::open();
+    let period = format!("{period_us}us");
+    let hold = format!("{}us", cycles * period_us - TASK_US);
+    let robot = Robot::start(workshop, &bus, Scheduling::Fifo, &["--period", &period]);
+    drop(bus); // a socket that nobody reads would fill up and cost the kernel time
+    let arguments = ["--json", "--period", &period, "--hold", &hold, "--rt", realtime];
+    let output = finish(&mut controller(workshop, &arguments));
+    drop(robot);
+    let reports: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let timing = &reports[0]["timing"];
+    assert!(timing["cycles"].as_u64().unwrap() >= cycles, "{reports}");
+    timing.clone()
+}
+
+fn wake_up_maximum(timing: &Value) -> u64 {
+    timing["wake_up"]["maximum_ns"].as_u64().expect("timing.wake_up.maximum_ns in the report")
+}
+
+fn assert_every_deadline_met(timing: &Value) {
+    assert_eq!(timing["missed_deadlines"].as_u64(), Some(0), "{timing}");
+    assert_eq!(timing["skipped_ticks"].as_u64(), Some(0), "{timing}");
+}
+
+/// This much is said of a kernel, period and load.
+fn assert_keeps_time(test: &str, period_us: u64, load: Option<Load>) {
+    let workshop = Workshop::new(test);
+    let yardstick = cyclictest_maximum(period_us, CYCLES);
+    let timing = measure(&workshop, period_us, CYCLES, "enforce");
+    drop(load);
+    let wake_up = wake_up_maximum(&timing);
+    println!("{test}: {period_us} us: wake-up at most {wake_up} ns, cyclictest {yardstick} ns; {timing}");
+    assert_every_deadline_met(&timing);
+    assert!(wake_up as f64 <= WAKE_UP_RATIO * yardstick as f64, "wake-up {wake_up} ns, cyclictest {yardstick} ns");
+}
+
+fn need_guest_time() {
+    let mode = std::env::var("CAN_GUEST").unwrap_or_default();
+    assert_eq!(mode, "icount", "timing is measured in guest time: tools/can-guest run --guest --mode icount");
+}
+
+#[test]
+fn three_milliseconds_without_a_missed_deadline() {
+    need_guest_time();
+    assert_keeps_time("3ms", 3_000, None);
+}
+
+#[test]
+fn one_millisecond_without_a_missed_deadline() {
+    need_guest_time();
+    assert_keeps_time("1ms", 1_000, None);
+}
+
+#[test]
+fn three_milliseconds_beside_a_competing_load() {
+    need_guest_time();
+    assert_keeps_time("3ms-load", 3_000, Some(Load::start()));
+}
+
+/// The check above can fail: the same loop as an ordinary process beside the same load exceeds its bound.
+#[test]
+fn without_fifo_scheduling_the_wake_up_bound_is_broken() {
+    need_guest_time();
+    const FEW_CYCLES: u64 = 2_000;
+    let workshop = Workshop::new("no-fifo");
+    let load = Load::start();
+    let yardstick = cyclictest_maximum(3_000, FEW_CYCLES);
+    let timing = measure(&workshop, 3_000, FEW_CYCLES, "off");
+    drop(load);
+    let wake_up = wake_up_maximum(&timing);
+    println!("no-fifo: wake-up at most {wake_up} ns, cyclictest {yardstick} ns; {timing}");
+    assert!(wake_up as f64 > WAKE_UP_RATIO * yardstick as f64, "wake-up {wake_up} ns, cyclictest {yardstick} ns");
+}
