@@ -13,11 +13,17 @@ pub mod bus_time;
 pub mod drive;
 pub mod encoder;
 pub mod estimator;
+#[cfg(feature = "std")]
+pub mod finding;
 pub mod frame;
 pub mod link;
 #[cfg(feature = "std")]
 pub mod monotonic;
+#[cfg(feature = "std")]
+pub mod probe;
 pub mod real;
+#[cfg(feature = "std")]
+pub mod realtime;
 #[cfg(feature = "std")]
 pub mod socketcan_link;
 pub mod time;
