@@ -220,6 +220,11 @@ pub fn sync_frame(counter: u8) -> Frame {
     Frame::with(Channel::Sync.identifier(), sync::encode_counter(counter))
 }
 
+/// A SYNC without a counter.
+pub fn plain_sync_frame() -> Frame {
+    Frame::with(Channel::Sync.identifier(), [])
+}
+
 /// The counter of a SYNC; `None` for one without.
 ///
 /// # Errors

@@ -1,0 +1,187 @@
+//! Waiting and SDO transfers, for start and stop.
+
+use super::error::{Expected, SdoError};
+use super::receive::Event;
+use super::{DriveNetwork, Setting};
+use crate::drive::cia402::Statusword;
+use crate::drive::objects::{Object, STATUSWORD};
+use crate::drive::wire;
+use crate::link::Link;
+use crate::time::{Clock, Duration, Instant};
+use canopen_rs::sdo::{SdoAbortCode, SdoClient, SdoEvent, SdoPayload, encode_abort};
+use canopen_rs::{Address, DataType, NodeId, Value};
+
+/// A network and the clock by which it waits.
+pub(super) struct Blocking<'a, L: Link, C, const JOINTS: usize> {
+    pub(super) network: &'a mut DriveNetwork<L, JOINTS>,
+    pub(super) clock: &'a C,
+    /// How often an SDO request is made before silence is an error.
+    pub(super) sdo_attempts: u8,
+}
+
+/// Command specifiers of SDO answers (CiA 301): the upper three bits of the first byte.
+const SPECIFIER: u8 = 0xE0;
+const UPLOAD_ANSWER: u8 = 0x40;
+const DOWNLOAD_ANSWER: u8 = 0x60;
+const ABORT: u8 = 0x80;
+/// An expedited upload answer that does not say how many of its four bytes count.
+const UPLOAD_WITHOUT_SIZE: u8 = 0x42;
+/// The longest value that `canopen-rs` transfers is 32 bytes, five segments; empty segments beyond that are nonsense.
+const MOST_EXCHANGES: u8 = 8;
+
+impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
+    pub(super) fn new(network: &'a mut DriveNetwork<L, JOINTS>, clock: &'a C) -> Self {
+        let sdo_attempts = network.configuration.timeouts.sdo_attempts.max(1);
+        Self { network, clock, sdo_attempts }
+    }
+
+    /// Reads frames until one is `wanted` or `deadline` passes; sends the master's heartbeats meanwhile.
+    pub(super) fn wait<R>(
+        &mut self,
+        deadline: Instant,
+        mut wanted: impl FnMut(&Event) -> Option<R>,
+    ) -> Result<Option<R>, L::Error> {
+        /// Frames that may have queued up behind the deadline: a process that was not scheduled in time must still find
+        /// the answer that came in time, and a bus full of noise must not hold it for ever.
+        const OVERTIME_FRAMES: u32 = 256;
+        let mut overtime = 0;
+        loop {
+            let now = self.clock.now();
+            self.network.produce_heartbeat(now)?;
+            let wake = deadline.min(self.network.next_heartbeat);
+            match self.network.link.receive(wake)? {
+                Some(received) => {
+                    let event = self.network.absorb(&received);
+                    if let Some(result) = wanted(&event) {
+                        return Ok(Some(result));
+                    }
+                    overtime += u32::from(now > deadline);
+                    if overtime > OVERTIME_FRAMES {
+                        return Ok(None);
+                    }
+                }
+                None if wake >= deadline => return Ok(None),
+                None => {}
+            }
+        }
+    }
+
+    /// Lets `duration` pass.
+    pub(super) fn pause(&mut self, duration: Duration) -> Result<(), L::Error> {
+        let deadline = self.clock.now() + duration;
+        self.wait(deadline, |_| None::<()>).map(|_| ())
+    }
+
+    /// Reads an object.
+    pub(super) fn read(&mut self, node: NodeId, object: &Object) -> Result<Value, SdoError<L::Error>> {
+        self.read_at(node, object.address(), object.data_type)
+    }
+
+    pub(super) fn read_at(
+        &mut self,
+        node: NodeId,
+        object: Address,
+        data_type: DataType,
+    ) -> Result<Value, SdoError<L::Error>> {
+        let expected = Expected::Value(data_type);
+        let value = self.transfer(node, object, expected, |client| client.read(object, data_type))?;
+        value.ok_or(SdoError::Answer { node: node.raw(), object, command: DOWNLOAD_ANSWER, expected })
+    }
+
+    /// Writes an object.
+    pub(super) fn write(&mut self, node: NodeId, setting: &Setting) -> Result<(), SdoError<L::Error>> {
+        let Setting { address, value, .. } = *setting;
+        self.transfer(node, address, Expected::Confirmation, |client| client.write(address, value)).map(|_| ())
+    }
+
+    /// Reads the statusword.
+    pub(super) fn statusword(&mut self, node: NodeId) -> Result<Statusword, SdoError<L::Error>> {
+        match self.read(node, &STATUSWORD)? {
+            Value::Unsigned16(bits) => Ok(Statusword::from_bits(bits)),
+            _ => Err(SdoError::Answer {
+                node: node.raw(),
+                object: STATUSWORD.address(),
+                command: UPLOAD_ANSWER,
+                expected: Expected::Value(STATUSWORD.data_type),
+            }),
+        }
+    }
+
+    /// Makes a transfer, again after silence as often as the configuration says.
+    fn transfer(
+        &mut self,
+        node: NodeId,
+        object: Address,
+        expected: Expected,
+        begin: impl Fn(&mut SdoClient) -> SdoPayload,
+    ) -> Result<Option<Value>, SdoError<L::Error>> {
+        let attempts = self.sdo_attempts;
+        for _ in 0..attempts {
+            if let Some(outcome) = self.attempt(node, object, expected, &begin)? {
+                return Ok(outcome);
+            }
+            // The drive may still wait for the rest of a transfer: free it.
+            let abort = encode_abort(object, SdoAbortCode::ProtocolTimedOut);
+            self.network.send(&wire::sdo_request_frame(node, &abort))?;
+        }
+        let waited = self.network.configuration.timeouts.sdo;
+        Err(SdoError::Timeout { node: node.raw(), object, waited, attempts })
+    }
+
+    /// One transfer; `None` after silence.
+    fn attempt(
+        &mut self,
+        node: NodeId,
+        object: Address,
+        expected: Expected,
+        begin: &impl Fn(&mut SdoClient) -> SdoPayload,
+    ) -> Result<Option<Option<Value>>, SdoError<L::Error>> {
+        let mut client = SdoClient::new(node);
+        let mut request = begin(&mut client);
+        let mut command = 0;
+        for _ in 0..MOST_EXCHANGES {
+            self.network.send(&wire::sdo_request_frame(node, &request))?;
+            let deadline = self.clock.now() + self.network.configuration.timeouts.sdo;
+            let answer = self.wait(deadline, |event| match event {
+                Event::Sdo(from, payload) if *from == node && concerns(payload, object) => Some(*payload),
+                _ => None,
+            })?;
+            let Some(answer) = answer else { return Ok(None) };
+            let answer = sized(answer, expected);
+            [command, ..] = answer;
+            match client.on_response(&answer) {
+                SdoEvent::Send(next) => request = next,
+                SdoEvent::Complete(value) => return Ok(Some(value)),
+                SdoEvent::Aborted(code) if command == ABORT => {
+                    return Err(SdoError::Abort { node: node.raw(), object, code });
+                }
+                // The client's own verdict on an answer that it cannot use.
+                SdoEvent::Aborted(_) => break,
+            }
+        }
+        Err(SdoError::Answer { node: node.raw(), object, command, expected })
+    }
+}
+
+/// False for a late answer about another object. Segments carry no address.
+fn concerns(payload: &[u8; 8], object: Address) -> bool {
+    let [command, low, high, subindex, ..] = *payload;
+    match command & SPECIFIER {
+        UPLOAD_ANSWER | DOWNLOAD_ANSWER | ABORT => Address::new(u16::from_le_bytes([low, high]), subindex) == object,
+        _ => true,
+    }
+}
+
+/// Some drives leave the size out of an expedited answer; the type says it.
+fn sized(mut payload: [u8; 8], expected: Expected) -> [u8; 8] {
+    let size = match expected {
+        Expected::Value(data_type) => data_type.fixed_size().and_then(|size| u8::try_from(size).ok()),
+        Expected::Confirmation => None,
+    };
+    if let ([command, ..], Some(size @ 1..=4)) = (&mut payload, size)
+        && *command == UPLOAD_WITHOUT_SIZE
+    {
+        *command |= 1 | (4 - size) << 2;
+    }
+    payload
+}

@@ -1,0 +1,149 @@
+//! What happens in each cycle: SYNC out, feedback in, torques out, supervision.
+
+use super::error::{CycleError, NodeSet};
+use super::{DriveNetwork, EmergencyReaction, Node};
+use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
+use crate::drive::wire::{self, DriveCommand, SyncCounter};
+use crate::link::Link;
+use crate::time::{Duration, Instant};
+use canopen_rs::NmtState;
+
+/// What all drives reported for one SYNC, joint 1 first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Feedback<const JOINTS: usize> {
+    /// When the SYNC was handed to the link: the instant that the positions belong to.
+    pub sync_at: Instant,
+    /// From there to the last drive's answer.
+    pub latency: Duration,
+    /// 6064h, counts.
+    pub positions: [i32; JOINTS],
+    /// 6041h.
+    pub statuswords: [Statusword; JOINTS],
+}
+
+impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
+    /// Sends the SYNC, after taking in what is left of earlier cycles, so that a late answer cannot pass for one to
+    /// this SYNC. Returns when it was handed to the link.
+    ///
+    /// # Errors
+    /// [`CycleError::Link`].
+    pub fn sync(&mut self) -> Result<Instant, CycleError<L::Error>> {
+        self.drain()?;
+        for node in &mut self.nodes {
+            node.fresh = None;
+        }
+        let frame = match self.sync_counter.as_mut().and_then(SyncCounter::advance) {
+            Some(count) => wire::sync_frame(count),
+            None => wire::plain_sync_frame(),
+        };
+        self.sync_at = self.send(&frame)?;
+        self.traffic.syncs += 1;
+        Ok(self.sync_at)
+    }
+
+    /// Takes in the answers to the SYNC, until all are here or `deadline` passes, and supervises the drives.
+    ///
+    /// # Errors
+    /// The first of: [`CycleError::Link`]; an emergency, if the configuration says so; a drive that is not in
+    /// *Operation enabled*; missing answers.
+    pub fn collect(&mut self, deadline: Instant) -> Result<Feedback<JOINTS>, CycleError<L::Error>> {
+        while self.nodes.iter().any(|node| node.fresh.is_none()) {
+            match self.link.receive(deadline)? {
+                Some(received) => {
+                    self.absorb(&received);
+                    // A bus full of other traffic must not hold the loop beyond its deadline.
+                    if received.at > deadline {
+                        break;
+                    }
+                }
+                None => break,
+            }
+        }
+        self.alarms()?;
+        self.enabled()?;
+        self.feedback()
+    }
+
+    /// Sends the torques, per mille of each drive's rated torque, joint 1 first. Returns when the last was handed to
+    /// the link. A drive whose frame was not taken does not keep the others from theirs.
+    ///
+    /// # Errors
+    /// [`CycleError::Link`] with the first failure.
+    pub fn send_torques(&mut self, per_mille: [i16; JOINTS]) -> Result<Instant, CycleError<L::Error>> {
+        let controlword = Controlword::of(Command::EnableOperation);
+        let ids = self.nodes.map(|node| node.id);
+        let mut outcome = Ok(self.sync_at);
+        for (id, target_torque) in ids.into_iter().zip(per_mille) {
+            let sent = self.command(id, &DriveCommand { controlword, target_torque });
+            outcome = match (outcome, sent) {
+                (Ok(_), sent) => sent,
+                (failed, _) => failed,
+            };
+        }
+        Ok(outcome?)
+    }
+
+    /// What is not bound to the SYNC, once a cycle: takes in waiting frames, sends the master's heartbeat if it is due,
+    /// and supervises heartbeats, NMT states and emergencies.
+    ///
+    /// # Errors
+    /// [`CycleError::Link`], [`CycleError::Emergency`], [`CycleError::NotOperational`], [`CycleError::Lost`].
+    pub fn housekeeping(&mut self, now: Instant) -> Result<(), CycleError<L::Error>> {
+        self.produce_heartbeat(now)?;
+        self.drain()?;
+        self.alarms()?;
+        let limit = self.configuration.heartbeats.drive_timeout();
+        for Node { health, .. } in &self.nodes {
+            if let Some(found) = health.nmt_state.filter(|state| *state != NmtState::Operational) {
+                return Err(CycleError::NotOperational { node: health.node, found });
+            }
+            let silence = now.since(health.last_heartbeat_at.unwrap_or_default());
+            if silence > limit {
+                return Err(CycleError::Lost { node: health.node, silence, limit });
+            }
+        }
+        Ok(())
+    }
+
+    /// The first emergency that was not reported yet.
+    fn alarms(&mut self) -> Result<(), CycleError<L::Error>> {
+        for node in &mut self.nodes {
+            if let (Some(message), EmergencyReaction::Stop) = (node.alarm.take(), self.configuration.emergency_reaction)
+            {
+                return Err(CycleError::Emergency { node: node.health.node, message });
+            }
+        }
+        Ok(())
+    }
+
+    /// An error for the first drive whose answer says that it is not in *Operation enabled*.
+    fn enabled(&self) -> Result<(), CycleError<L::Error>> {
+        for Node { fresh, health, .. } in &self.nodes {
+            if let Some(found) = fresh.map(|feedback| feedback.statusword)
+                && found.state() != Some(PowerState::OperationEnabled)
+            {
+                return Err(CycleError::NotEnabled { node: health.node, found, emergency: health.last_emergency });
+            }
+        }
+        Ok(())
+    }
+
+    /// The answers of all drives; counts those that are missing.
+    fn feedback(&mut self) -> Result<Feedback<JOINTS>, CycleError<L::Error>> {
+        let mut missing = NodeSet::default();
+        for node in self.nodes.iter_mut().filter(|node| node.fresh.is_none()) {
+            node.health.missed_feedbacks += 1;
+            missing = missing.with(node.health.node);
+        }
+        if !missing.is_empty() {
+            return Err(CycleError::Missing { missing, joints: JOINTS });
+        }
+        let answers = self.nodes.map(|node| node.fresh.unwrap_or_default());
+        Ok(Feedback {
+            sync_at: self.sync_at,
+            latency: self.nodes.iter().map(|node| node.health.latency).max().unwrap_or_default(),
+            positions: answers.map(|answer| answer.position),
+            statuswords: answers.map(|answer| answer.statusword),
+        })
+    }
+}

@@ -1,0 +1,273 @@
+//! What can go wrong between master and drives; each error says which node, what was found and what was expected.
+
+use crate::drive::cia402::{PowerState, Statusword};
+use crate::drive::words::{self, Named, Shown};
+use canopen_rs::{Address, EmergencyMessage, NmtState, Value};
+use core::fmt;
+use core::time::Duration;
+
+/// An SDO transfer that failed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SdoError<E> {
+    /// The link failed.
+    #[error("the CAN link failed")]
+    Link(#[from] E),
+    /// No answer.
+    #[error("node {node} did not answer for {} in {waited:?}, {attempts} times", Named(*.object))]
+    Timeout {
+        /// The drive.
+        node: u8,
+        /// The object.
+        object: Address,
+        /// Time waited each time.
+        waited: Duration,
+        /// Requests made.
+        attempts: u8,
+    },
+    /// The drive refused.
+    #[error("node {node} refused {}: {} ({code:08X}h)", Named(*.object), words::abort_code(*.code))]
+    Abort {
+        /// The drive.
+        node: u8,
+        /// The object.
+        object: Address,
+        /// The code it gave.
+        code: u32,
+    },
+    /// The drive's answer is none to this request, or of another length than the object's type.
+    #[error("node {node} answered for {} with command {command:02X}h, expected a {expected}", Named(*.object))]
+    Answer {
+        /// The drive.
+        node: u8,
+        /// The object.
+        object: Address,
+        /// First byte of its answer.
+        command: u8,
+        /// What was asked for.
+        expected: Expected,
+    },
+}
+
+/// What an SDO request asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Expected {
+    /// A value of this type.
+    Value(canopen_rs::DataType),
+    /// A confirmation.
+    Confirmation,
+}
+
+impl fmt::Display for Expected {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Value(data_type) => write!(formatter, "value of type {data_type:?}"),
+            Self::Confirmation => formatter.write_str("confirmation"),
+        }
+    }
+}
+
+/// Why the drives did not start.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum StartError<E> {
+    /// The link failed.
+    #[error("the CAN link failed")]
+    Link(#[from] E),
+    /// An object could not be read or written.
+    #[error(transparent)]
+    Sdo(SdoError<E>),
+    /// No boot-up message after the reset.
+    #[error(
+        "node {node} did not boot in {waited:?} after its reset: is it powered, and on this bus with this bit rate?"
+    )]
+    NoBootUp {
+        /// The drive.
+        node: u8,
+        /// Time waited.
+        waited: Duration,
+    },
+    /// Not a drive.
+    #[error("node {node} has device profile {profile}, expected 402, a drive")]
+    NotADrive {
+        /// The node.
+        node: u8,
+        /// Low word of 1000h.
+        profile: u16,
+    },
+    /// An object reads otherwise than it was written.
+    #[error("node {node}: {} was written as {} and reads {}", Named(*.object), Shown(*.written), Shown(*.found))]
+    ReadBack {
+        /// The drive.
+        node: u8,
+        /// The object.
+        object: Address,
+        /// Written.
+        written: Value,
+        /// Read.
+        found: Value,
+    },
+    /// The drive is another than the configuration says.
+    #[error("node {node}: {} is {}, the configuration says {}", Named(*.object), Shown(*.found), Shown(*.expected))]
+    Mismatch {
+        /// The drive.
+        node: u8,
+        /// The object.
+        object: Address,
+        /// Configured.
+        expected: Value,
+        /// Read.
+        found: Value,
+    },
+    /// The drive did not become operational.
+    #[error("node {node} reports {}, expected NMT Operational", OptionalState(*.found))]
+    NotOperational {
+        /// The drive.
+        node: u8,
+        /// Its last heartbeat.
+        found: Option<NmtState>,
+    },
+    /// The drive did not reach a state of CiA 402.
+    #[error("node {node} is in {found}, expected {expected} after {waited:?}{}", LastEmergency(*.emergency))]
+    NotReached {
+        /// The drive.
+        node: u8,
+        /// Wanted.
+        expected: PowerState,
+        /// Its statusword.
+        found: Statusword,
+        /// Time waited.
+        waited: Duration,
+        /// Its last emergency message.
+        emergency: Option<EmergencyMessage>,
+    },
+}
+
+impl<E> From<SdoError<E>> for StartError<E> {
+    fn from(error: SdoError<E>) -> Self {
+        match error {
+            SdoError::Link(error) => Self::Link(error),
+            error => Self::Sdo(error),
+        }
+    }
+}
+
+/// What goes wrong in a cycle. After any of these the robot has to be stopped, but for [`CycleError::Missing`], where
+/// the loop may choose to bear a few.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum CycleError<E> {
+    /// The link failed.
+    #[error("the CAN link failed")]
+    Link(#[from] E),
+    /// Feedback did not come in time.
+    #[error("no feedback of node {missing} by the deadline, expected that of all {joints} drives")]
+    Missing {
+        /// Drives without feedback.
+        missing: NodeSet,
+        /// Drives in all.
+        joints: usize,
+    },
+    /// A drive left *Operation enabled*.
+    #[error("node {node} is in {found}, expected Operation enabled{}", LastEmergency(*.emergency))]
+    NotEnabled {
+        /// The drive.
+        node: u8,
+        /// Its statusword.
+        found: Statusword,
+        /// Its last emergency message.
+        emergency: Option<EmergencyMessage>,
+    },
+    /// A drive reported an emergency.
+    #[error("node {node} reports an emergency: {}", Emergency(*.message))]
+    Emergency {
+        /// The drive.
+        node: u8,
+        /// Its message.
+        message: EmergencyMessage,
+    },
+    /// A drive's heartbeat stopped.
+    #[error("node {node} has been silent for {silence:?}, expected a heartbeat within {limit:?}")]
+    Lost {
+        /// The drive.
+        node: u8,
+        /// Time since its last heartbeat.
+        silence: Duration,
+        /// Time borne.
+        limit: Duration,
+    },
+    /// A drive left NMT Operational, or booted anew ([`NmtState::Initialising`]).
+    #[error("node {node} reports {}, expected NMT Operational", OptionalState(Some(*.found)))]
+    NotOperational {
+        /// The drive.
+        node: u8,
+        /// Its state.
+        found: NmtState,
+    },
+}
+
+/// A set of nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NodeSet(u128);
+
+impl NodeSet {
+    /// The set with `node` as well.
+    #[must_use]
+    pub const fn with(self, node: u8) -> Self {
+        Self(self.0 | 1 << (node & 127))
+    }
+
+    /// True if `node` is in it.
+    pub const fn contains(self, node: u8) -> bool {
+        self.0 >> (node & 127) & 1 == 1
+    }
+
+    /// True if no node is in it.
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl fmt::Display for NodeSet {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (position, node) in (0..128_u8).filter(|node| self.contains(*node)).enumerate() {
+            let separator = if position == 0 { "" } else { ", " };
+            write!(formatter, "{separator}{node}")?;
+        }
+        Ok(())
+    }
+}
+
+/// An emergency message in words.
+#[derive(Clone, Copy, Debug)]
+pub struct Emergency(pub EmergencyMessage);
+
+impl fmt::Display for Emergency {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let EmergencyMessage { error_code, error_register, vendor_specific } = self.0;
+        write!(formatter, "{} ({error_code:04X}h, ", words::emergency_code(error_code))?;
+        write!(formatter, "error register {:02X}h, maker's bytes {vendor_specific:02X?})", error_register.0)
+    }
+}
+
+struct LastEmergency(Option<EmergencyMessage>);
+
+impl fmt::Display for LastEmergency {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(message) => write!(formatter, "; its last emergency message: {}", Emergency(message)),
+            None => Ok(()),
+        }
+    }
+}
+
+struct OptionalState(Option<NmtState>);
+
+impl fmt::Display for OptionalState {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self.0 {
+            None => "no heartbeat",
+            Some(NmtState::Initialising) => "a new start",
+            Some(NmtState::Stopped) => "NMT Stopped",
+            Some(NmtState::Operational) => "NMT Operational",
+            Some(NmtState::PreOperational) => "NMT Pre-operational",
+        })
+    }
+}

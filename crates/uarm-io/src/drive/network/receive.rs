@@ -1,0 +1,114 @@
+//! The one place where frames from the drives are read.
+
+use super::health::arrived;
+use super::{DriveNetwork, Node};
+use crate::drive::wire::{self, Channel, DriveFeedback, EmergencyMessage};
+use crate::link::{Link, Received};
+use crate::time::Instant;
+use canopen_rs::{NmtState, NodeId};
+use core::time::Duration;
+
+/// What a frame said.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Event {
+    /// A drive answered the last SYNC.
+    Feedback,
+    /// A drive's heartbeat or boot-up.
+    Heartbeat(NodeId, NmtState),
+    /// A drive's emergency message.
+    Emergency,
+    /// A drive's SDO answer.
+    Sdo(NodeId, [u8; 8]),
+    /// Nothing that could be used; it is counted.
+    Nothing,
+}
+
+impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
+    /// Reads a frame into the health record and says what it was.
+    pub(super) fn absorb(&mut self, received: &Received) -> Event {
+        self.traffic.received += 1;
+        let earliest_answer = self.sync_at + self.configuration.earliest_answer;
+        let sync_at = self.sync_at;
+        let Some((channel, node)) = self.sender(received) else {
+            self.traffic.unexpected += 1;
+            return Event::Nothing;
+        };
+        let read = match channel {
+            Channel::Tpdo1(_) if received.at < earliest_answer => {
+                node.health.stale_feedbacks += 1;
+                Ok(Event::Nothing)
+            }
+            Channel::Tpdo1(_) => DriveFeedback::decode(received.frame.data())
+                .map(|feedback| node.feedback(feedback, received.at, received.at.since(sync_at))),
+            Channel::Heartbeat(_) => {
+                wire::decode_heartbeat(received.frame.data()).map(|state| node.heartbeat(state, received.at))
+            }
+            Channel::Emergency(_) => {
+                wire::decode_emergency(received.frame.data()).map(|message| node.emergency(message))
+            }
+            Channel::SdoResponse(id) => wire::decode_sdo(received.frame.data()).map(|payload| Event::Sdo(id, payload)),
+            Channel::NmtCommand | Channel::Sync | Channel::Rpdo1(_) | Channel::SdoRequest(_) => Ok(Event::Nothing),
+        };
+        read.unwrap_or_else(|_| {
+            node.health.malformed += 1;
+            Event::Nothing
+        })
+    }
+
+    /// The channel of a frame and the drive that sent it; `None` if none of ours can have.
+    fn sender(&mut self, received: &Received) -> Option<(Channel, &mut Node)> {
+        let channel = Channel::of(received.frame.id())?;
+        let id = match channel {
+            Channel::Emergency(id) | Channel::Tpdo1(id) | Channel::SdoResponse(id) | Channel::Heartbeat(id) => id,
+            Channel::NmtCommand | Channel::Sync | Channel::Rpdo1(_) | Channel::SdoRequest(_) => return None,
+        };
+        Some((channel, self.node_mut(id)?))
+    }
+
+    /// Reads what has come already, without waiting; at most so many frames that a bus full of noise cannot hold the
+    /// loop.
+    pub(super) fn drain(&mut self) -> Result<(), L::Error> {
+        /// Ten frames of every drive, more than a bus of 1 Mbit/s carries in 3 ms from three.
+        const FRAMES_PER_NODE: usize = 10;
+        for _ in 0..JOINTS.saturating_mul(FRAMES_PER_NODE) {
+            match self.link.receive(Instant::default())? {
+                Some(received) => self.absorb(&received),
+                None => break,
+            };
+        }
+        Ok(())
+    }
+}
+
+impl Node {
+    fn feedback(&mut self, feedback: DriveFeedback, at: Instant, latency: Duration) -> Event {
+        let health = &mut self.health;
+        if self.fresh.replace(feedback).is_some() {
+            health.surplus_feedbacks += 1;
+        } else {
+            health.feedbacks += 1;
+        }
+        health.statusword = feedback.statusword;
+        health.latency = latency;
+        health.longest_latency = health.longest_latency.max(latency);
+        arrived(&mut health.last_feedback_at, &mut health.longest_feedback_gap, at);
+        Event::Feedback
+    }
+
+    fn heartbeat(&mut self, state: NmtState, at: Instant) -> Event {
+        let health = &mut self.health;
+        health.heartbeats += 1;
+        health.nmt_state = Some(state);
+        arrived(&mut health.last_heartbeat_at, &mut health.longest_heartbeat_gap, at);
+        Event::Heartbeat(self.id, state)
+    }
+
+    fn emergency(&mut self, message: EmergencyMessage) -> Event {
+        self.health.emergencies += 1;
+        if !message.is_error_reset() {
+            self.health.last_emergency = Some(message);
+            self.alarm = Some(message);
+        }
+        Event::Emergency
+    }
+}

@@ -1,0 +1,108 @@
+//! From any state to brakes closed, as well as it can be done.
+
+use super::blocking::Blocking;
+use crate::drive::cia402::{Command, Controlword, PowerState};
+use crate::drive::wire::{self, DriveCommand};
+use crate::link::Link;
+use crate::time::{Clock, Instant};
+use canopen_rs::{NmtCommand, NmtState, NodeId};
+
+/// How far a step of stopping got.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Confirmation {
+    /// The drive reported it.
+    Confirmed,
+    /// It was sent; the drive did not report it in time.
+    Unconfirmed,
+    /// The link did not take it.
+    #[default]
+    NotSent,
+}
+
+/// How one drive was stopped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DriveStop {
+    /// The node.
+    pub node: u8,
+    /// Torque 0 and quick stop: the drive no longer is in *Operation enabled*.
+    pub quick_stop: Confirmation,
+    /// Power off, brake closed: *Switch on disabled*, or *Fault*.
+    pub power_off: Confirmation,
+    /// NMT Stopped.
+    pub nmt_stop: Confirmation,
+}
+
+/// How all drives were stopped, joint 1 first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StopReport<const JOINTS: usize> {
+    /// Each drive.
+    pub drives: [DriveStop; JOINTS],
+}
+
+impl<const JOINTS: usize> StopReport<JOINTS> {
+    /// True if every drive reported that its power is off.
+    pub fn all_off(&self) -> bool {
+        self.drives.iter().all(|drive| drive.power_off == Confirmation::Confirmed)
+    }
+}
+
+impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
+    /// See [`super::DriveNetwork::stop`]. Each step goes to all drives before any of them is waited for.
+    pub(super) fn stop(&mut self) -> StopReport<JOINTS> {
+        // A drive that does not answer must not hold up the others three times.
+        self.sdo_attempts = 1;
+        let quick_stop = self.command_all(Command::QuickStop, |state| state != PowerState::OperationEnabled);
+        let power_off = self.command_all(Command::DisableVoltage, |state| {
+            matches!(state, PowerState::SwitchOnDisabled | PowerState::NotReadyToSwitchOn | PowerState::Fault)
+        });
+        let nmt_stop = self.stop_nodes();
+        let mut drives = self.network.nodes.map(|node| DriveStop { node: node.health.node, ..DriveStop::default() });
+        let steps = quick_stop.into_iter().zip(power_off).zip(nmt_stop);
+        for (drive, ((quick_stop, power_off), nmt_stop)) in drives.iter_mut().zip(steps) {
+            *drive = DriveStop { quick_stop, power_off, nmt_stop, ..*drive };
+        }
+        StopReport { drives }
+    }
+
+    /// Sends `command` with torque 0 to every drive, then waits for each to be in a state that is `wanted`.
+    fn command_all(&mut self, command: Command, wanted: impl Fn(PowerState) -> bool) -> [Confirmation; JOINTS] {
+        let command = DriveCommand { controlword: Controlword::of(command), target_torque: 0 };
+        let sent = self.nodes().map(|node| (node, self.network.command(node, &command).is_ok()));
+        let deadline = self.clock.now() + self.network.configuration.timeouts.power;
+        sent.map(|(node, sent)| match sent {
+            false => Confirmation::NotSent,
+            true if self.comes_to(node, deadline, &wanted) => Confirmation::Confirmed,
+            true => Confirmation::Unconfirmed,
+        })
+    }
+
+    /// Reads the statusword of `node` until its state is `wanted`; false after silence, a failing link or `deadline`.
+    fn comes_to(&mut self, node: NodeId, deadline: Instant, wanted: &impl Fn(PowerState) -> bool) -> bool {
+        loop {
+            let Ok(found) = self.statusword(node) else { return false };
+            if found.state().is_some_and(wanted) {
+                return true;
+            }
+            let poll = self.network.configuration.timeouts.power_poll;
+            if self.clock.now() >= deadline || self.pause(poll).is_err() {
+                return false;
+            }
+        }
+    }
+
+    /// NMT stop of every drive, confirmed by its heartbeat.
+    fn stop_nodes(&mut self) -> [Confirmation; JOINTS] {
+        let sent = self.nodes().map(|node| {
+            let stop = wire::nmt_frame(NmtCommand::StopRemoteNode, node);
+            (node, self.network.send(&stop).is_ok())
+        });
+        let deadline = self.clock.now() + self.network.configuration.timeouts.nmt;
+        sent.map(|(node, sent)| match sent {
+            false => Confirmation::NotSent,
+            true => match self.reports(node, deadline, |state| state == NmtState::Stopped) {
+                Ok(true) => Confirmation::Confirmed,
+                _ => Confirmation::Unconfirmed,
+            },
+        })
+    }
+}

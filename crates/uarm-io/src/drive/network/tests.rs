@@ -1,0 +1,39 @@
+mod bus;
+mod cycle;
+mod start;
+
+use super::*;
+use crate::time::Duration;
+use crate::torque::RatedTorque;
+use bus::FakeBus;
+
+const PERIOD: Duration = Duration::from_millis(3);
+
+fn drive(node: u8) -> DriveConfiguration {
+    DriveConfiguration {
+        node: NodeId::new(node).unwrap(),
+        encoder_increments: 8000,
+        encoder_revolutions: 1,
+        rated_torque: RatedTorque::from_millinewton_metres(200).unwrap(),
+        settings: heapless::Vec::new(),
+    }
+}
+
+fn configuration() -> NetworkConfiguration<3> {
+    NetworkConfiguration::new([drive(1), drive(2), drive(3)], PERIOD).unwrap()
+}
+
+/// A network of three well-behaved drives.
+fn network() -> DriveNetwork<FakeBus, 3> {
+    DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration())
+}
+
+fn start(network: &mut DriveNetwork<FakeBus, 3>) -> Result<Started<3>, StartError<bus::Down>> {
+    let clock = network.link().clock.clone();
+    network.start(&clock)
+}
+
+fn stop(network: &mut DriveNetwork<FakeBus, 3>) -> StopReport<3> {
+    let clock = network.link().clock.clone();
+    network.stop(&clock)
+}

@@ -1,0 +1,281 @@
+//! A bus in virtual time with scripted drives: enough of a drive to test its master, no more.
+
+use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
+use crate::drive::objects::*;
+use crate::drive::wire::{self, Channel, DriveCommand, DriveFeedback, EmergencyMessage};
+use crate::frame::Frame;
+use crate::link::{Link, LinkError, LinkErrorKind, Received};
+use crate::time::{Clock, Duration, Instant};
+use canopen_rs::sdo::SdoServer;
+use canopen_rs::{Address, Entry, NmtCommand, NmtState, NodeId, ObjectDictionary, Value};
+use std::cell::Cell;
+use std::rc::Rc;
+use std::vec::Vec;
+
+/// Virtual time, shared between bus and test.
+#[derive(Clone, Debug, Default)]
+pub struct VirtualClock(Rc<Cell<Instant>>);
+
+impl Clock for VirtualClock {
+    fn now(&self) -> Instant {
+        self.0.get()
+    }
+    fn sleep_until(&mut self, deadline: Instant) {
+        self.0.set(self.0.get().max(deadline));
+    }
+}
+
+/// How a drive misbehaves.
+#[derive(Clone, Debug, Default)]
+pub struct Script {
+    pub never_boots: bool,
+    /// Answers no SDO for this object.
+    pub mute_object: Option<Address>,
+    /// Answers no SDO and nothing else after this time.
+    pub dies_at: Option<Instant>,
+    /// Power state beyond which it does not go.
+    pub stuck_in: Option<PowerState>,
+    /// Its TPDO1 comes so much later than the SYNC.
+    pub feedback_delay: Duration,
+    /// SYNC counters that it does not answer.
+    pub ignores_syncs: Vec<u8>,
+    /// Leaves the size out of expedited answers.
+    pub no_size: bool,
+    /// Stays silent on NMT start.
+    pub ignores_nmt_start: bool,
+}
+
+#[derive(Debug)]
+pub struct FakeDrive {
+    pub node: NodeId,
+    pub script: Script,
+    pub dictionary: ObjectDictionary<64>,
+    pub power: PowerState,
+    pub nmt: NmtState,
+    pub position: i32,
+    pub commands: Vec<DriveCommand>,
+    controlword: Controlword,
+    server: SdoServer,
+    heartbeat_due: Instant,
+}
+
+impl FakeDrive {
+    pub fn new(node: u8) -> Self {
+        let mut dictionary = ObjectDictionary::new();
+        for object in ALL {
+            let value = Value::decode_le(object.data_type, &[0; 8][..object.data_type.size()]).unwrap();
+            dictionary.insert(object.address(), Entry::rw(value)).unwrap();
+        }
+        let constants = [
+            (DEVICE_TYPE, Value::Unsigned32(0x0002_0192)),
+            (ENCODER_INCREMENTS, Value::Unsigned32(8000)),
+            (ENCODER_REVOLUTIONS, Value::Unsigned32(1)),
+            (RATED_TORQUE, Value::Unsigned32(200)),
+            (VENDOR_ID, Value::Unsigned32(0x55)),
+        ];
+        for (object, value) in constants {
+            dictionary.insert(object.address(), Entry::constant(value)).unwrap();
+        }
+        let node = NodeId::new(node).unwrap();
+        Self {
+            node,
+            script: Script::default(),
+            dictionary,
+            power: PowerState::SwitchOnDisabled,
+            nmt: NmtState::PreOperational,
+            position: 0,
+            commands: Vec::new(),
+            controlword: Controlword::default(),
+            server: SdoServer::new(node),
+            heartbeat_due: Instant::from_nanoseconds(u64::MAX),
+        }
+    }
+
+    fn heartbeat_period(&self) -> Option<Duration> {
+        match self.dictionary.read(PRODUCER_HEARTBEAT_TIME.address()) {
+            Ok(Value::Unsigned16(period)) if period > 0 => Some(Duration::from_millis(period.into())),
+            _ => None,
+        }
+    }
+
+    /// What the drive sends, and how long after `now`, in answer to a frame.
+    fn on_frame(&mut self, frame: &Frame, now: Instant) -> Vec<(Duration, Frame)> {
+        let at_once = |frame| std::vec![(Duration::ZERO, frame)];
+        match Channel::of(frame.id()) {
+            Some(Channel::NmtCommand) => self.on_nmt(frame, now),
+            Some(Channel::SdoRequest(node)) if node == self.node && self.nmt != NmtState::Stopped => {
+                self.on_sdo(frame).map(at_once).unwrap_or_default()
+            }
+            Some(Channel::Rpdo1(node)) if node == self.node && self.nmt == NmtState::Operational => {
+                self.on_command(DriveCommand::decode(frame.data()).unwrap());
+                Vec::new()
+            }
+            Some(Channel::Sync) if self.nmt == NmtState::Operational => {
+                let count = wire::decode_sync(frame.data()).unwrap().unwrap_or(0);
+                if self.script.ignores_syncs.contains(&count) {
+                    return Vec::new();
+                }
+                let feedback = DriveFeedback { statusword: Statusword::of(self.power), position: self.position };
+                std::vec![(self.script.feedback_delay, feedback.frame(self.node))]
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn on_nmt(&mut self, frame: &Frame, now: Instant) -> Vec<(Duration, Frame)> {
+        let (command, target) = wire::decode_nmt(frame.data()).unwrap();
+        if target != self.node && target != NodeId::BROADCAST {
+            return Vec::new();
+        }
+        let state = match command {
+            NmtCommand::ResetCommunication | NmtCommand::ResetNode if self.script.never_boots => return Vec::new(),
+            NmtCommand::ResetCommunication | NmtCommand::ResetNode => {
+                self.nmt = NmtState::PreOperational;
+                let boot_time = Duration::from_millis(10 * u64::from(self.node.raw()));
+                return std::vec![(boot_time, wire::heartbeat_frame(self.node, NmtState::Initialising))];
+            }
+            NmtCommand::StartRemoteNode if self.script.ignores_nmt_start => return Vec::new(),
+            NmtCommand::StartRemoteNode => NmtState::Operational,
+            NmtCommand::StopRemoteNode => NmtState::Stopped,
+            NmtCommand::EnterPreOperational => NmtState::PreOperational,
+        };
+        self.nmt = state;
+        self.heartbeat_due = now;
+        Vec::new()
+    }
+
+    fn on_sdo(&mut self, frame: &Frame) -> Option<Frame> {
+        let request = wire::decode_sdo(frame.data()).unwrap();
+        let address = Address::new(u16::from_le_bytes([request[1], request[2]]), request[3]);
+        if self.script.mute_object == Some(address) {
+            return None;
+        }
+        let status = Value::Unsigned16(Statusword::of(self.power).bits());
+        self.dictionary.set(STATUSWORD.address(), status).unwrap();
+        self.dictionary.set(POSITION_ACTUAL.address(), Value::Integer32(self.position)).unwrap();
+        let mode = self.dictionary.read(MODE_OF_OPERATION.address()).unwrap();
+        self.dictionary.set(MODE_OF_OPERATION_DISPLAY.address(), mode).unwrap();
+        let mut answer = self.server.handle(&mut self.dictionary, &request)?;
+        if self.script.no_size && answer[0] & 0xE3 == 0x43 {
+            answer[0] = 0x42;
+        }
+        Some(wire::sdo_response_frame(self.node, &answer))
+    }
+
+    fn on_command(&mut self, command: DriveCommand) {
+        self.commands.push(command);
+        let next = self.power.after(command.controlword.command(self.controlword));
+        self.controlword = command.controlword;
+        if self.script.stuck_in != Some(self.power) {
+            self.power = next;
+        }
+    }
+
+    fn on_time(&mut self, now: Instant) -> Option<Frame> {
+        let period = self.heartbeat_period()?;
+        if self.heartbeat_due.nanoseconds() == u64::MAX {
+            self.heartbeat_due = now;
+        }
+        (now >= self.heartbeat_due).then(|| {
+            self.heartbeat_due = now + period;
+            wire::heartbeat_frame(self.node, self.nmt)
+        })
+    }
+
+    fn alive(&self, now: Instant) -> bool {
+        self.script.dies_at.is_none_or(|end| now < end)
+    }
+}
+
+/// The link to all drives.
+#[derive(Debug, Default)]
+pub struct FakeBus {
+    pub clock: VirtualClock,
+    pub drives: Vec<FakeDrive>,
+    pub sent: Vec<Frame>,
+    /// The link fails from here on.
+    pub down: bool,
+    queue: Vec<Received>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the interface is down")]
+pub struct Down;
+
+impl LinkError for Down {
+    fn kind(&self) -> LinkErrorKind {
+        LinkErrorKind::Down
+    }
+}
+
+impl FakeBus {
+    pub fn new(nodes: &[u8]) -> Self {
+        Self { drives: nodes.iter().map(|node| FakeDrive::new(*node)).collect(), ..Self::default() }
+    }
+
+    /// Puts a frame on the bus, to be received at `at`.
+    pub fn inject(&mut self, at: Instant, frame: Frame) {
+        let position = self.queue.partition_point(|queued| queued.at <= at);
+        self.queue.insert(position, Received { frame, at });
+    }
+
+    pub fn inject_emergency(&mut self, node: u8, code: u16) {
+        let message = EmergencyMessage::new(code, canopen_rs::ErrorRegister(1), [0; 5]);
+        self.inject(self.clock.now(), wire::emergency_frame(NodeId::new(node).unwrap(), &message));
+    }
+
+    fn heartbeats(&mut self) {
+        let now = self.clock.now();
+        let frames: Vec<Frame> =
+            self.drives.iter_mut().filter(|drive| drive.alive(now)).filter_map(|drive| drive.on_time(now)).collect();
+        for frame in frames {
+            self.inject(now, frame);
+        }
+    }
+}
+
+impl Link for FakeBus {
+    type Error = Down;
+
+    fn send(&mut self, frame: &Frame) -> Result<Instant, Down> {
+        if self.down {
+            return Err(Down);
+        }
+        let now = self.clock.now();
+        self.sent.push(*frame);
+        let answers: Vec<(Duration, Frame)> = self
+            .drives
+            .iter_mut()
+            .filter(|drive| drive.alive(now))
+            .flat_map(|drive| drive.on_frame(frame, now))
+            .collect();
+        for (delay, answer) in answers {
+            self.inject(now + delay, answer);
+        }
+        Ok(now)
+    }
+
+    /// Time goes on in steps of at most a millisecond, so that heartbeats come when they are due.
+    fn receive(&mut self, deadline: Instant) -> Result<Option<Received>, Down> {
+        if self.down {
+            return Err(Down);
+        }
+        loop {
+            self.heartbeats();
+            let now = self.clock.now();
+            if self.queue.first().is_some_and(|queued| queued.at <= now) {
+                return Ok(Some(self.queue.remove(0)));
+            }
+            if now >= deadline {
+                return Ok(None);
+            }
+            let next = self.queue.first().map_or(deadline, |queued| queued.at.min(deadline));
+            self.clock.sleep_until(next.min(now + Duration::from_millis(1)));
+        }
+    }
+}
+
+/// The command word that enables, for assertions.
+pub fn enabling() -> Controlword {
+    Controlword::of(Command::EnableOperation)
+}

@@ -1,0 +1,281 @@
+use super::*;
+use crate::drive::cia402::{PowerState, Statusword};
+use crate::drive::wire::DriveFeedback;
+use crate::frame::Frame;
+use crate::time::Clock;
+use canopen_rs::NmtState;
+use proptest::prelude::*;
+use std::format;
+
+fn started() -> DriveNetwork<FakeBus, 3> {
+    let mut network = network();
+    start(&mut network).unwrap();
+    network
+}
+
+/// One whole cycle: SYNC, feedback within 2 ms, torques, housekeeping, sleep to the end of the period.
+fn cycle(network: &mut DriveNetwork<FakeBus, 3>, torques: [i16; 3]) -> Result<Feedback<3>, CycleError<bus::Down>> {
+    let mut clock = network.link().clock.clone();
+    let begin = clock.now();
+    network.sync()?;
+    let feedback = network.collect(begin + Duration::from_millis(2));
+    let sent = network.send_torques(torques);
+    let kept = network.housekeeping(clock.now());
+    clock.sleep_until(begin + PERIOD);
+    let feedback = feedback?;
+    sent?;
+    kept?;
+    Ok(feedback)
+}
+
+#[test]
+fn a_thousand_cycles_count_up() {
+    let mut network = started();
+    for count in 0..1000_i32 {
+        for (joint, drive) in network.link_mut().drives.iter_mut().enumerate() {
+            drive.position = count * 10 + joint as i32;
+        }
+        let feedback = cycle(&mut network, [0, 5, -5]).unwrap();
+        assert_eq!(feedback.positions, [count * 10, count * 10 + 1, count * 10 + 2]);
+    }
+    let health = network.health();
+    assert_eq!(health.syncs, 1000);
+    assert_eq!(health.unexpected_frames, 0);
+    for node in health.nodes {
+        assert_eq!(
+            (node.feedbacks, node.missed_feedbacks, node.stale_feedbacks, node.surplus_feedbacks),
+            (1000, 0, 0, 0)
+        );
+        assert_eq!(node.longest_feedback_gap, PERIOD);
+        // The drives send every 50 ms; the bus moves in steps of up to 3 ms here.
+        assert!(node.longest_heartbeat_gap <= Duration::from_millis(56), "{node:?}");
+    }
+    let last = network.link().drives[2].commands.last().unwrap();
+    assert_eq!((last.target_torque, last.controlword), (-5, bus::enabling()));
+}
+
+#[test]
+fn the_sync_counter_runs_from_1_to_240() {
+    let mut network = started();
+    for _ in 0..241 {
+        cycle(&mut network, [0; 3]).unwrap();
+    }
+    let counters: std::vec::Vec<u8> =
+        network.link().sent.iter().filter(|frame| frame.id().as_raw() == 0x080).map(|frame| frame.data()[0]).collect();
+    assert_eq!(counters[0], 1);
+    assert_eq!(counters[239], 240);
+    assert_eq!(counters[240], 1);
+}
+
+#[test]
+fn a_missing_answer_names_its_node_and_the_next_cycle_goes_on() {
+    let mut network = started();
+    network.link_mut().drives[1].script.ignores_syncs = std::vec![2];
+    cycle(&mut network, [0; 3]).unwrap();
+    let error = cycle(&mut network, [0; 3]).unwrap_err();
+    assert_eq!(error, CycleError::Missing { missing: NodeSet::default().with(2), joints: 3 });
+    assert_eq!(format!("{error}"), "no feedback of node 2 by the deadline, expected that of all 3 drives");
+    cycle(&mut network, [0; 3]).unwrap();
+    assert_eq!(network.health().nodes[1].missed_feedbacks, 1);
+    assert_eq!(network.health().nodes[1].longest_feedback_gap, 2 * PERIOD);
+}
+
+#[test]
+fn an_answer_that_comes_after_its_deadline_is_not_taken_for_the_next() {
+    let mut network = started();
+    network.link_mut().drives[0].script.feedback_delay = Duration::from_micros(2_500);
+    network.link_mut().drives[0].position = 1;
+    assert!(matches!(cycle(&mut network, [0; 3]), Err(CycleError::Missing { .. })));
+    network.link_mut().drives[0].script.feedback_delay = Duration::from_micros(500);
+    network.link_mut().drives[0].position = 2;
+    let feedback = cycle(&mut network, [0; 3]).unwrap();
+    assert_eq!(feedback.positions[0], 2);
+    assert_eq!(feedback.latency, Duration::from_micros(500));
+}
+
+#[test]
+fn an_answer_that_is_too_early_for_its_sync_is_stale() {
+    let mut configuration = configuration();
+    configuration.earliest_answer = Duration::from_micros(144);
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+    start(&mut network).unwrap();
+    for drive in &mut network.link_mut().drives {
+        drive.script.feedback_delay = Duration::from_micros(200);
+    }
+    // Late by a whole period: it arrives just after the next SYNC, sooner than any answer to that can be here.
+    network.link_mut().drives[2].script.feedback_delay = Duration::from_micros(3_050);
+    assert!(cycle(&mut network, [0; 3]).is_err());
+    network.link_mut().drives[2].script.feedback_delay = Duration::from_micros(200);
+    network.link_mut().drives[2].position = 7;
+    let feedback = cycle(&mut network, [0; 3]).unwrap();
+    assert_eq!(feedback.positions[2], 7);
+    assert_eq!(network.health().nodes[2].stale_feedbacks, 1);
+}
+
+#[test]
+fn every_state_but_operation_enabled_is_an_error() {
+    for state in PowerState::ALL.into_iter().filter(|state| *state != PowerState::OperationEnabled) {
+        let mut network = started();
+        cycle(&mut network, [0; 3]).unwrap();
+        network.link_mut().drives[2].power = state;
+        let error = cycle(&mut network, [0; 3]).unwrap_err();
+        assert_eq!(error, CycleError::NotEnabled { node: 3, found: Statusword::of(state), emergency: None });
+    }
+}
+
+#[test]
+fn a_silent_drive_is_lost_after_its_time() {
+    let mut network = started();
+    for _ in 0..100 {
+        cycle(&mut network, [0; 3]).unwrap();
+    }
+    let now = network.link().clock.now();
+    network.link_mut().drives[0].script.dies_at = Some(now);
+    // 180 ms of silence are borne, as far as heartbeats go; the answers to SYNC are missed at once.
+    for _ in 0..60 {
+        assert!(matches!(cycle(&mut network, [0; 3]), Err(CycleError::Missing { .. })));
+    }
+    let now = network.link().clock.now();
+    assert_eq!(network.housekeeping(now - Duration::from_millis(40)), Ok(()));
+    for _ in 0..20 {
+        let _ = cycle(&mut network, [0; 3]);
+    }
+    let now = network.link().clock.now();
+    let error = network.housekeeping(now).unwrap_err();
+    assert!(matches!(error, CycleError::Lost { node: 1, limit, .. } if limit == Duration::from_millis(200)), "{error}");
+}
+
+#[test]
+fn a_drive_that_boots_anew_is_noticed() {
+    let mut network = started();
+    cycle(&mut network, [0; 3]).unwrap();
+    let now = network.link().clock.now();
+    let boot_up = wire::heartbeat_frame(NodeId::new(2).unwrap(), NmtState::Initialising);
+    network.link_mut().inject(now, boot_up);
+    let error = cycle(&mut network, [0; 3]).unwrap_err();
+    assert_eq!(error, CycleError::NotOperational { node: 2, found: NmtState::Initialising });
+    assert_eq!(format!("{error}"), "node 2 reports a new start, expected NMT Operational");
+}
+
+#[test]
+fn emergencies_stop_or_are_recorded_as_configured() {
+    let mut network = started();
+    network.link_mut().inject_emergency(1, 0x8130);
+    let error = cycle(&mut network, [0; 3]).unwrap_err();
+    assert!(matches!(error, CycleError::Emergency { node: 1, .. }));
+    assert!(format!("{error}").contains("life guard or heartbeat error (8130h"), "{error}");
+    // An error reset is no alarm.
+    network.link_mut().inject_emergency(1, 0);
+    cycle(&mut network, [0; 3]).unwrap();
+
+    let mut configuration = configuration();
+    configuration.emergency_reaction = EmergencyReaction::Record;
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+    start(&mut network).unwrap();
+    network.link_mut().inject_emergency(1, 0x8130);
+    cycle(&mut network, [0; 3]).unwrap();
+    assert_eq!(network.health().nodes[0].last_emergency.unwrap().error_code, 0x8130);
+}
+
+#[test]
+fn frames_of_others_are_counted_and_nothing_else() {
+    let mut network = started();
+    let before = network.health().unexpected_frames;
+    let now = network.link().clock.now();
+    for stranger in [0x184, 0x085, 0x7FF, 0x000, 0x201] {
+        let id = embedded_can::StandardId::new(stranger).unwrap();
+        network.link_mut().inject(now, Frame::new(id, &[1, 2, 3, 4, 5, 6]).unwrap());
+    }
+    cycle(&mut network, [0; 3]).unwrap();
+    assert_eq!(network.health().unexpected_frames, before + 5);
+}
+
+#[test]
+fn stopping_is_confirmed_by_every_drive() {
+    let mut network = started();
+    cycle(&mut network, [3; 3]).unwrap();
+    let report = stop(&mut network);
+    assert!(report.all_off());
+    for (stopped, drive) in report.drives.iter().zip(&network.link().drives) {
+        assert_eq!(stopped.quick_stop, Confirmation::Confirmed);
+        assert_eq!(stopped.nmt_stop, Confirmation::Confirmed);
+        assert_eq!(drive.power, PowerState::SwitchOnDisabled);
+        assert_eq!(drive.commands.last().unwrap().target_torque, 0);
+    }
+}
+
+#[test]
+fn stopping_reports_what_was_not_confirmed() {
+    let mut network = started();
+    let now = network.link().clock.now();
+    network.link_mut().drives[1].script.dies_at = Some(now);
+    let report = stop(&mut network);
+    assert!(!report.all_off());
+    assert_eq!(report.drives[0].power_off, Confirmation::Confirmed);
+    assert_eq!(report.drives[1].power_off, Confirmation::Unconfirmed);
+    assert_eq!(report.drives[2].power_off, Confirmation::Confirmed);
+
+    let mut network = started();
+    network.link_mut().down = true;
+    let report = stop(&mut network);
+    assert!(report.drives.iter().all(|drive| drive.quick_stop == Confirmation::NotSent));
+}
+
+#[test]
+fn stopping_a_network_that_never_started_enables_nothing() {
+    let mut network = network();
+    for drive in &mut network.link_mut().drives {
+        drive.nmt = NmtState::Operational;
+        drive.power = PowerState::SwitchedOn;
+    }
+    assert!(stop(&mut network).all_off());
+    let commands = network.link().drives.iter().flat_map(|drive| &drive.commands);
+    assert!(commands.into_iter().all(|command| command.controlword != bus::enabling()));
+}
+
+#[test]
+fn a_stopped_network_starts_again() {
+    let mut network = started();
+    cycle(&mut network, [0; 3]).unwrap();
+    stop(&mut network);
+    start(&mut network).unwrap();
+    cycle(&mut network, [0; 3]).unwrap();
+    let syncs = network.link().sent.iter().filter(|frame| frame.id().as_raw() == 0x080);
+    assert!(syncs.into_iter().all(|frame| frame.data() == [1]));
+}
+
+#[test]
+fn a_failing_link_is_told_by_every_step() {
+    let mut network = started();
+    network.link_mut().down = true;
+    let now = network.link().clock.now();
+    assert_eq!(network.sync(), Err(CycleError::Link(bus::Down)));
+    assert_eq!(network.collect(now), Err(CycleError::Link(bus::Down)));
+    assert_eq!(network.send_torques([0; 3]), Err(CycleError::Link(bus::Down)));
+    assert_eq!(network.housekeeping(now), Err(CycleError::Link(bus::Down)));
+}
+
+proptest! {
+    /// Whatever is on the bus, a cycle ends with the true positions or with an error.
+    #[test]
+    fn noise_makes_errors_or_nothing(
+        noise in proptest::collection::vec((0_u16..=0x7FF, proptest::collection::vec(any::<u8>(), 0..=8)), 0..60),
+    ) {
+        let mut network = started();
+        let now = network.link().clock.now();
+        for (id, data) in noise {
+            let frame = Frame::new(embedded_can::StandardId::new(id).unwrap(), &data).unwrap();
+            // Frames that are valid feedback of our drives cannot be told from the drives' own.
+            if (0x181..=0x183).contains(&id) && data.len() == DriveFeedback::LENGTH {
+                continue;
+            }
+            network.link_mut().inject(now, frame);
+        }
+        for drive in &mut network.link_mut().drives {
+            drive.position = 42;
+        }
+        if let Ok(feedback) = cycle(&mut network, [0; 3]) {
+            prop_assert_eq!(feedback.positions, [42; 3]);
+        }
+    }
+}

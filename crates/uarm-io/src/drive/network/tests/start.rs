@@ -1,0 +1,297 @@
+use super::bus::enabling;
+use super::*;
+use crate::drive::cia402::PowerState;
+use crate::drive::objects::*;
+use crate::drive::wire::Channel;
+use crate::time::Clock;
+use canopen_rs::{Address, Entry, NmtState, Value};
+use proptest::prelude::*;
+use std::collections::BTreeSet;
+use std::format;
+
+fn value(network: &DriveNetwork<FakeBus, 3>, joint: usize, object: &Object) -> Value {
+    network.link().drives[joint].dictionary.read(object.address()).unwrap()
+}
+
+#[test]
+fn drives_are_configured_and_enabled() {
+    let mut network = network();
+    network.link_mut().drives[1].position = -77;
+    let started = start(&mut network).unwrap();
+    assert_eq!(started.drives[1].position, -77);
+    assert_eq!(started.drives[0].vendor, Some(0x55));
+    for joint in 0..3 {
+        let node = joint as u32 + 1;
+        assert_eq!(network.link().drives[joint].power, PowerState::OperationEnabled);
+        assert_eq!(network.link().drives[joint].nmt, NmtState::Operational);
+        for (object, expected) in [
+            (MODE_OF_OPERATION, Value::Integer8(10)),
+            (INTERPOLATION_TIME_VALUE, Value::Unsigned8(3)),
+            (INTERPOLATION_TIME_EXPONENT, Value::Integer8(-3)),
+            (TPDO1_IDENTIFIER, Value::Unsigned32(0x180 + node)),
+            (TPDO1_MAPPED_OBJECTS, Value::Unsigned8(2)),
+            (TPDO1_FIRST_OBJECT, Value::Unsigned32(0x6041_0010)),
+            (TPDO1_SECOND_OBJECT, Value::Unsigned32(0x6064_0020)),
+            (TPDO1_TRANSMISSION_TYPE, Value::Unsigned8(1)),
+            (RPDO1_IDENTIFIER, Value::Unsigned32(0x200 + node)),
+            (RPDO1_FIRST_OBJECT, Value::Unsigned32(0x6040_0010)),
+            (RPDO1_SECOND_OBJECT, Value::Unsigned32(0x6071_0010)),
+            (RPDO1_TRANSMISSION_TYPE, Value::Unsigned8(255)),
+            (CONSUMER_HEARTBEAT_TIME, Value::Unsigned32(0x007F_0064)),
+            (PRODUCER_HEARTBEAT_TIME, Value::Unsigned16(50)),
+            (SYNC_COUNTER_OVERFLOW, Value::Unsigned8(240)),
+        ] {
+            assert_eq!(value(&network, joint, &object), expected, "{object}");
+        }
+    }
+}
+
+#[test]
+fn no_torque_and_no_sync_is_sent_at_start_and_brakes_open_together() {
+    let mut network = network();
+    start(&mut network).unwrap();
+    let bus = network.link();
+    assert!(bus.drives.iter().all(|drive| drive.commands.iter().all(|command| command.target_torque == 0)));
+    assert!(bus.sent.iter().all(|frame| Channel::of(frame.id()) != Some(Channel::Sync)));
+    // No drive is enabled before the last is switched on.
+    let channel = |frame: &crate::frame::Frame| Channel::of(frame.id());
+    let enabling_frames: Vec<usize> = positions(&bus.sent, |frame| {
+        matches!(channel(frame), Some(Channel::Rpdo1(_))) && frame.data()[..2] == enabling().bits().to_le_bytes()
+    });
+    let other = positions(&bus.sent, |frame| {
+        matches!(channel(frame), Some(Channel::Rpdo1(_))) && frame.data()[..2] != enabling().bits().to_le_bytes()
+    });
+    assert_eq!(enabling_frames.len(), 3);
+    assert!(enabling_frames[0] > *other.last().unwrap());
+}
+
+fn positions(frames: &[crate::frame::Frame], wanted: impl Fn(&crate::frame::Frame) -> bool) -> Vec<usize> {
+    frames.iter().enumerate().filter(|(_, frame)| wanted(frame)).map(|(position, _)| position).collect()
+}
+use std::vec::Vec;
+
+#[test]
+fn the_master_is_heard_all_the_while() {
+    let mut network = network();
+    network.link_mut().drives[2].script.stuck_in = Some(PowerState::SwitchedOn);
+    let _ = start(&mut network);
+    let elapsed = network.link().clock.now();
+    let heartbeats = network.link().sent.iter().filter(|frame| frame.id().as_raw() == 0x77F).count();
+    assert!(heartbeats as u128 >= elapsed.since(Default::default()).as_millis() / 20);
+}
+
+#[test]
+fn settings_of_the_robot_file_are_written_and_read_back() {
+    let setting = Setting::new(ABORT_CONNECTION_OPTION.address(), Value::Integer16(3));
+    let mut drives = [drive(1), drive(2), drive(3)];
+    drives[2].settings.push(setting).unwrap();
+    let configuration = NetworkConfiguration::new(drives, PERIOD).unwrap();
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+    start(&mut network).unwrap();
+    assert_eq!(value(&network, 2, &ABORT_CONNECTION_OPTION), Value::Integer16(3));
+    assert_eq!(value(&network, 1, &ABORT_CONNECTION_OPTION), Value::Integer16(0));
+}
+
+#[test]
+fn a_drive_in_fault_is_reset_by_an_edge() {
+    let mut network = network();
+    network.link_mut().drives[0].power = PowerState::Fault;
+    start(&mut network).unwrap();
+    assert_eq!(network.link().drives[0].power, PowerState::OperationEnabled);
+}
+
+#[test]
+fn answers_without_a_size_are_understood() {
+    let mut network = network();
+    network.link_mut().drives[0].script.no_size = true;
+    start(&mut network).unwrap();
+}
+
+#[test]
+fn a_drive_that_is_not_there_is_named() {
+    let mut network = network();
+    network.link_mut().drives[1].script.never_boots = true;
+    let error = start(&mut network).unwrap_err();
+    assert_eq!(error, StartError::NoBootUp { node: 2, waited: Duration::from_secs(3) });
+}
+
+#[test]
+fn another_encoder_or_motor_is_refused_with_both_values() {
+    for (object, found) in [(ENCODER_INCREMENTS, 4096), (RATED_TORQUE, 150)] {
+        let mut network = network();
+        let entry = Entry::constant(Value::Unsigned32(found));
+        network.link_mut().drives[2].dictionary.insert(object.address(), entry).unwrap();
+        let error = start(&mut network).unwrap_err();
+        assert!(
+            matches!(error, StartError::Mismatch { node: 3, object: at, found: Value::Unsigned32(value), .. }
+                if at == object.address() && value == found),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn a_mismatch_reads_well() {
+    let mut network = network();
+    let entry = Entry::constant(Value::Unsigned32(4096));
+    network.link_mut().drives[2].dictionary.insert(ENCODER_INCREMENTS.address(), entry).unwrap();
+    assert_eq!(
+        format!("{}", start(&mut network).unwrap_err()),
+        "node 3: 608Fh:01 (encoder increments) is 4096 (00001000h), the configuration says 8000 (00001F40h)"
+    );
+}
+
+#[test]
+fn a_refused_object_is_told_in_words() {
+    let mut network = network();
+    let entry = Entry::constant(Value::Unsigned8(0));
+    network.link_mut().drives[0].dictionary.insert(SYNC_COUNTER_OVERFLOW.address(), entry).unwrap();
+    assert_eq!(
+        format!("{}", start(&mut network).unwrap_err()),
+        "node 1 refused 1019h:00 (synchronous counter overflow value): attempt to write a read-only object (06010002h)"
+    );
+}
+
+#[test]
+fn a_value_that_does_not_stay_is_found_by_reading_back() {
+    // The fake drive rewrites its statusword before every answer.
+    let mut drives = [drive(1), drive(2), drive(3)];
+    drives[0].settings.push(Setting::new(STATUSWORD.address(), Value::Unsigned16(0x1234))).unwrap();
+    let configuration = NetworkConfiguration::new(drives, PERIOD).unwrap();
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+    let error = start(&mut network).unwrap_err();
+    assert!(matches!(error, StartError::ReadBack { node: 1, written: Value::Unsigned16(0x1234), .. }), "{error}");
+}
+
+#[test]
+fn silence_is_an_error_after_the_configured_attempts() {
+    let mut network = network();
+    network.link_mut().drives[1].script.mute_object = Some(RATED_TORQUE.address());
+    let error = start(&mut network).unwrap_err();
+    let timeout =
+        SdoError::Timeout { node: 2, object: RATED_TORQUE.address(), waited: Duration::from_millis(200), attempts: 3 };
+    assert_eq!(error, StartError::Sdo(timeout));
+}
+
+#[test]
+fn a_node_that_is_no_drive_is_refused() {
+    let mut network = network();
+    let entry = Entry::constant(Value::Unsigned32(401));
+    network.link_mut().drives[0].dictionary.insert(DEVICE_TYPE.address(), entry).unwrap();
+    assert_eq!(start(&mut network).unwrap_err(), StartError::NotADrive { node: 1, profile: 401 });
+}
+
+#[test]
+fn a_drive_that_stays_pre_operational_is_named() {
+    let mut network = network();
+    network.link_mut().drives[2].script.ignores_nmt_start = true;
+    let error = start(&mut network).unwrap_err();
+    assert_eq!(error, StartError::NotOperational { node: 3, found: Some(NmtState::PreOperational) });
+}
+
+#[test]
+fn a_stuck_drive_is_named_with_its_last_emergency() {
+    let mut network = network();
+    network.link_mut().drives[1].script.stuck_in = Some(PowerState::SwitchedOn);
+    network.link_mut().inject_emergency(2, 0x3220);
+    let error = start(&mut network).unwrap_err();
+    assert!(matches!(error, StartError::NotReached { node: 2, expected: PowerState::OperationEnabled, .. }), "{error}");
+    assert!(format!("{error}").contains("DC link under-voltage"), "{error}");
+}
+
+#[test]
+fn a_failing_link_ends_the_start() {
+    let mut network = network();
+    network.link_mut().down = true;
+    assert_eq!(start(&mut network).unwrap_err(), StartError::Link(bus::Down));
+}
+
+#[test]
+fn configurations_are_checked() {
+    let of = |nodes: [u8; 2], period| NetworkConfiguration::new(nodes.map(drive), period).map(|_| ());
+    assert_eq!(of([1, 1], PERIOD), Err(ConfigurationError::NodeTaken { node: 1 }));
+    assert_eq!(of([1, 127], PERIOD), Err(ConfigurationError::NodeTaken { node: 127 }));
+    let odd = Duration::from_micros(2_997);
+    assert_eq!(of([1, 2], odd), Err(ConfigurationError::Period { period: odd }));
+    assert_eq!(NetworkConfiguration::new([], PERIOD).map(|_| ()), Err(ConfigurationError::NoDrives));
+    let ms = Duration::from_millis;
+    assert!(Heartbeats::new(ms(50), ms(50), ms(10), ms(50)).is_err());
+    assert!(Heartbeats::new(ms(50), ms(100), Duration::from_micros(1500), ms(50)).is_err());
+    assert!(Heartbeats::new(ms(50), ms(100), ms(10), ms(70_000)).is_err());
+    assert!(Heartbeats::new(ms(50), ms(100), ms(10), ms(50)).is_ok());
+}
+
+#[test]
+fn filters_get_exactly_the_identifiers_of_the_drives() {
+    let found: BTreeSet<u16> = configuration().receive_identifiers().map(|id| id.as_raw()).collect();
+    let expected: BTreeSet<u16> =
+        (1..=3).flat_map(|node| [0x080, 0x180, 0x580, 0x700].map(|base| base + node)).collect();
+    assert_eq!(found, expected);
+}
+
+proptest! {
+    #[test]
+    fn interpolation_times_are_exact(value in 1_u8..=255, exponent in 0_u32..=9) {
+        let nanoseconds = u64::from(value) * 10_u64.pow(exponent);
+        let period = Duration::from_nanos(nanoseconds);
+        let (mantissa, power) = super::super::configuration::interpolation_time(period).unwrap();
+        prop_assert_eq!(u64::from(mantissa) * 10_u64.pow(u32::try_from(power + 9).unwrap()), nanoseconds);
+    }
+
+    /// Whatever is on the bus besides, starting ends, with the drives enabled or with an error.
+    #[test]
+    fn noise_does_not_hang_or_panic_the_start(
+        noise in proptest::collection::vec((0_u64..2_000, 0_u16..=0x7FF, proptest::collection::vec(any::<u8>(), 0..=8)), 0..200),
+    ) {
+        let mut network = network();
+        for (millisecond, id, data) in noise {
+            let frame = crate::frame::Frame::new(embedded_can::StandardId::new(id).unwrap(), &data).unwrap();
+            network.link_mut().inject(Default::default(), frame);
+            network.link_mut().inject(crate::time::Instant::from_nanoseconds(millisecond * 1_000_000), frame);
+        }
+        let _ = start(&mut network);
+        let _ = stop(&mut network);
+    }
+
+    /// SDO answers that are noise themselves.
+    #[test]
+    fn broken_answers_do_not_hang_or_panic_the_start(
+        answers in proptest::collection::vec((1_u8..=3, any::<[u8; 8]>()), 0..300),
+        delay in 0_u64..100,
+    ) {
+        let mut network = network();
+        for (position, (node, payload)) in answers.into_iter().enumerate() {
+            let mut payload = payload;
+            // Half of them about an object that is really asked for.
+            if position % 2 == 0 {
+                let address = ALL[position % ALL.len()].address();
+                payload[1..3].copy_from_slice(&address.index.to_le_bytes());
+                payload[3] = address.subindex;
+            }
+            let at = crate::time::Instant::from_nanoseconds((delay + position as u64) * 1_000_000);
+            let frame = wire::sdo_response_frame(NodeId::new(node).unwrap(), &payload);
+            network.link_mut().inject(at, frame);
+        }
+        let _ = start(&mut network);
+    }
+}
+
+/// Segments that never end must not keep the master busy: an upload of empty segments is cut.
+#[test]
+fn endless_segments_are_cut() {
+    let mut network = network();
+    network.link_mut().drives[0].script.mute_object = Some(DEVICE_TYPE.address());
+    let node = NodeId::new(1).unwrap();
+    let at = |milliseconds: u64| crate::time::Instant::from_nanoseconds(milliseconds * 1_000_000);
+    let mut first = [0x41, 0x00, 0x10, 0x00, 9, 0, 0, 0];
+    network.link_mut().inject(at(40), wire::sdo_response_frame(node, &first));
+    for segment in 0..100_u8 {
+        first = [0x0E | (segment % 2) << 4, 0, 0, 0, 0, 0, 0, 0];
+        network.link_mut().inject(at(41), wire::sdo_response_frame(node, &first));
+    }
+    let error = start(&mut network).unwrap_err();
+    assert!(
+        matches!(error, StartError::Sdo(SdoError::Answer { node: 1, object, .. }) if object == Address::new(0x1000, 0)),
+        "{error}"
+    );
+}
