@@ -8,7 +8,7 @@
 //! - Ξ = [x11, x11+x12, x11, x11+x12, x11, x13; 0, x11+x12, 0, x11+x12, 0, x23],
 //!   x13 = (2x11 + x12) c3 − x21 q̇3 s3 − x22 (q̇2 + q̇3) s3, x23 = x11 c3 + x21 q̇2 s3.
 //!
-//! What τ̄ leaves out, E, is `measured` (τ_m = τ̄ + E), `eliminated` (τ_m = M̄ q̈_m + h̄ with q̈_m = M_mm⁻¹(τ̄ − C_mm q̇_m),
+//! What τ̄ leaves out, E, is `measured` (τ_m = τ̄ + E, E by the nominal model, since the parametrisation covers F only), `eliminated` (τ_m = M̄ q̈_m + h̄ with q̈_m = M_mm⁻¹(τ̄ − C_mm q̇_m),
 //! all with the estimate, eqs. 20 and 21) or `omitted` (τ_m = τ̄). A `reduced` form there is not: M̄ is rational in Φ.
 //!
 //! Two joints share parameters here, so that inequality 12 is proven for T11 = tI only: Φ's part of V̇ cancels if
@@ -57,17 +57,15 @@ impl<T: Scalar, Z: AdaptationWeight<T, REGRESSOR_PARAMETERS>> Adaptive<T, Z> {
 
     /// τ_m for τ̄ = `arm_torque`; `None` if an estimated matrix is singular.
     fn with_base(&self, measurement: &Measurement<T>, arm_torque: &Vector2<T>) -> Option<Vector2<T>> {
-        let estimate = || {
-            let inertia = self.model.with_regressor_parameters(self.estimator.parameters());
-            inertia.partition(&configuration(measurement), &rates(measurement))
-        };
-        let base = &measurement.base;
+        let (q, rates, base) = (configuration(measurement), rates(measurement), &measurement.base);
         match self.base_acceleration {
             AdaptiveBaseAcceleration::Measured => {
-                Some(arm_torque + estimate().base_reaction(base.acceleration, base.rate))
+                let nominal = self.model.partition(&q, &rates);
+                Some(arm_torque + nominal.base_reaction(base.acceleration, base.rate))
             }
             AdaptiveBaseAcceleration::Eliminated => {
-                estimate().base_compensated_torque(arm_torque, base.rate, &measurement.rate)
+                let estimate = self.model.with_regressor_parameters(self.estimator.parameters());
+                estimate.partition(&q, &rates).base_compensated_torque(arm_torque, base.rate, &measurement.rate)
             }
             AdaptiveBaseAcceleration::Omitted => Some(*arm_torque),
         }

@@ -1,6 +1,8 @@
 //! What the integration tests share: an ideal plant under RK4, the paper's disturbance, and designs.
 #![allow(dead_code)] // Each test binary uses a part of it.
 
+pub mod dissipation;
+
 use dem_model::ThreeLinkDem;
 use hinf_control::{
     BaseMeasurement, Command, Controller, Law, Measurement, PerformanceIndices, QuinticReference, Synthesis,

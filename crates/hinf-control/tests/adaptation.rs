@@ -1,0 +1,197 @@
+//! How Φ is stepped, held, projected and refused.
+
+use approx::assert_relative_eq;
+use hinf_control::adaptation::{
+    Adaptation, AdaptationWeight, AntiWindup, Ball, BoundError, DiagonalWeight, FullWeight, ParameterBox,
+    ParameterEstimator, ParameterSet, ScalarWeight, WeightError,
+};
+use hinf_control::{AdaptationStatus, FUZZY_PARAMETERS, ThawError};
+use nalgebra::{SMatrix, SVector, Vector2, Vector3};
+use proptest::prelude::*;
+
+type Estimator<Z> = ParameterEstimator<f64, 3, Z>;
+
+fn plain(initial: Vector3<f64>) -> Adaptation<f64, 3> {
+    Adaptation::new(initial, ScalarWeight::new(2.0).unwrap()).unwrap()
+}
+
+/// Moves Φ by `change` in one step.
+fn push<Z: AdaptationWeight<f64, 3>>(
+    estimator: &mut Estimator<Z>,
+    gradient: &Vector3<f64>,
+    period: f64,
+) -> AdaptationStatus {
+    estimator.learn(gradient, &mut AdaptationStatus::default());
+    estimator.step(period)
+}
+
+#[test]
+fn a_step_is_explicit_euler_with_the_rate_of_the_cycle_before() {
+    let mut estimator = Estimator::new(plain(Vector3::new(1.0, 2.0, 3.0)));
+    estimator.step(5.0);
+    assert_eq!(*estimator.parameters(), Vector3::new(1.0, 2.0, 3.0));
+    push(&mut estimator, &Vector3::new(4.0, 0.0, -4.0), 0.5);
+    // −Z⁻¹·gradient·period
+    assert_eq!(*estimator.parameters(), Vector3::new(0.0, 2.0, 4.0));
+}
+
+#[test]
+fn anti_windup_skips_exactly_the_steps_after_limited_cycles() {
+    let adaptation = plain(Vector3::zeros()).with_anti_windup(AntiWindup::FreezeWhileLimited);
+    let mut estimator = Estimator::new(adaptation);
+    let gradient = Vector3::new(-2.0, 0.0, 0.0);
+    let mut expected = 0.0;
+    for (cycle, limited) in [[false, false], [false, true], [true, true], [false, false]].into_iter().enumerate() {
+        estimator.learn(&gradient, &mut AdaptationStatus::default());
+        estimator.limited(limited);
+        let status = estimator.step(1.0);
+        assert_eq!(status.frozen, limited.contains(&true), "cycle {cycle}");
+        expected += if limited.contains(&true) { 0.0 } else { 1.0 };
+        assert_eq!(estimator.parameters().x, expected, "cycle {cycle}");
+    }
+}
+
+#[test]
+fn without_anti_windup_a_limited_cycle_is_like_any_other() {
+    let mut estimator = Estimator::new(plain(Vector3::zeros()));
+    estimator.learn(&Vector3::new(-2.0, 0.0, 0.0), &mut AdaptationStatus::default());
+    estimator.limited([true, true]);
+    assert!(!estimator.step(1.0).frozen);
+    assert_eq!(estimator.parameters().x, 1.0);
+}
+
+#[test]
+fn an_alarm_lets_parameters_go_and_a_projection_does_not() {
+    let bounds = ParameterBox::new(Vector3::repeat(-1.0), Vector3::repeat(1.0)).unwrap();
+    let alarmed = plain(Vector3::zeros()).with_alarm_at(ParameterSet::Box(bounds)).unwrap();
+    let projected = plain(Vector3::zeros()).projected_onto_box(bounds).unwrap();
+    let gradient = Vector3::new(-4.0, 0.5, 0.0);
+    let mut estimator = Estimator::new(alarmed);
+    let status = push(&mut estimator, &gradient, 1.0);
+    assert!(status.at_bound && !status.projected);
+    assert_eq!(*estimator.parameters(), Vector3::new(2.0, -0.25, 0.0));
+    let mut estimator = Estimator::new(projected);
+    let status = push(&mut estimator, &gradient, 1.0);
+    assert!(status.at_bound && status.projected);
+    assert_eq!(*estimator.parameters(), Vector3::new(1.0, -0.25, 0.0));
+    // Coming back ends the alarm.
+    let status = push(&mut estimator, &-gradient, 0.1);
+    assert!(!status.at_bound && !status.projected);
+}
+
+#[test]
+fn what_is_not_finite_leaves_the_parameters_where_they_were() {
+    let mut estimator = Estimator::new(plain(Vector3::repeat(1.0)));
+    let mut status = AdaptationStatus::default();
+    estimator.learn(&Vector3::new(f64::NAN, 0.0, 0.0), &mut status);
+    assert!(status.fell_back);
+    estimator.step(1.0);
+    assert_eq!(*estimator.parameters(), Vector3::repeat(1.0));
+    let status = push(&mut estimator, &Vector3::new(1e300, 0.0, 0.0), 1e300);
+    assert!(status.fell_back);
+    assert_eq!(*estimator.parameters(), Vector3::repeat(1.0));
+}
+
+#[test]
+fn impossible_choices_are_refused() {
+    assert_eq!(ScalarWeight::new(0.0_f64), Err(WeightError::NotPositive { found: 0.0 }));
+    assert_eq!(DiagonalWeight::new(Vector2::new(1.0_f64, -1.0)), Err(WeightError::NotPositive { found: -1.0 }));
+    let asymmetric = SMatrix::<f64, 2, 2>::new(1.0, 0.5, 0.0, 1.0);
+    assert_eq!(FullWeight::new(&asymmetric), Err(WeightError::NotSymmetric { difference: 0.5 }));
+    let indefinite = SMatrix::<f64, 2, 2>::new(1.0, 2.0, 2.0, 1.0);
+    assert_eq!(FullWeight::new(&indefinite), Err(WeightError::NotPositiveDefinite));
+    assert_eq!(Ball::new(Vector2::zeros(), -1.0), Err(BoundError::Radius { found: -1.0 }));
+    let crossed = ParameterBox::new(Vector2::new(0.0, 1.0), Vector2::new(1.0, 0.0));
+    assert_eq!(crossed, Err(BoundError::Empty { index: 1 }));
+    let far = Ball::new(Vector3::repeat(5.0), 1.0).unwrap();
+    assert_eq!(plain(Vector3::zeros()).projected_onto_ball(far), Err(BoundError::InitialOutside));
+    let nan = Adaptation::new(Vector3::repeat(f64::NAN), ScalarWeight::new(1.0).unwrap());
+    assert_eq!(nan, Err(BoundError::NotFinite));
+}
+
+#[test]
+fn a_full_weight_of_a_fuzzy_law_is_inverted() {
+    let z = SMatrix::<f64, FUZZY_PARAMETERS, FUZZY_PARAMETERS>::from_fn(|row, column| {
+        let distance = row.abs_diff(column);
+        if distance == 0 { 3.0 } else { 1.0 / (1.0 + distance as f64 * distance as f64) }
+    });
+    let weight = FullWeight::new(&z).unwrap();
+    let vector = SVector::<f64, FUZZY_PARAMETERS>::from_fn(|row, _| (row as f64).sin());
+    assert_relative_eq!(z * weight.solve(&vector), vector, epsilon = 1e-13);
+    assert_relative_eq!(weight.norm_squared(&vector), vector.dot(&(z * vector)), max_relative = 1e-13);
+}
+
+#[test]
+fn a_box_in_the_metric_of_a_full_weight_would_break_the_proof() {
+    // Why the types refuse it: clamping element by element moves away from Φ* = (1, 1) in this metric.
+    let weight = FullWeight::new(&SMatrix::<f64, 2, 2>::new(1.0, -0.95, -0.95, 1.0)).unwrap();
+    let (truth, outside) = (Vector2::new(1.0, 1.0), Vector2::new(3.0, 2.9));
+    let clamped = Vector2::new(1.5, 2.9);
+    assert!(weight.norm_squared(&(clamped - truth)) > weight.norm_squared(&(outside - truth)));
+}
+
+fn vector3(range: std::ops::Range<f64>) -> impl Strategy<Value = Vector3<f64>> {
+    [range.clone(), range.clone(), range].prop_map(Vector3::from)
+}
+
+proptest! {
+    /// Inequality 12 survives: the projected Φ is never farther from a Φ* in the set than the unprojected one.
+    #[test]
+    fn projection_onto_a_ball_never_raises_the_storage(
+        root in prop::collection::vec(-1.0..1.0_f64, 9), gradient in vector3(-50.0..50.0),
+        towards in vector3(-1.0..1.0), depth in 0.0..1.0_f64
+    ) {
+        let root = SMatrix::<f64, 3, 3>::from_column_slice(&root);
+        let weight = FullWeight::new(&(root.transpose() * root + SMatrix::identity() * 0.1)).unwrap();
+        let radius = 2.0;
+        prop_assume!(towards.norm() > 0.1);
+        let truth = towards * (depth * radius / weight.norm_squared(&towards).sqrt());
+        let free = Adaptation::new(Vector3::zeros(), weight.clone()).unwrap();
+        let kept = free.clone().projected_onto_ball(Ball::new(Vector3::zeros(), radius).unwrap()).unwrap();
+        let (mut free, mut kept) = (Estimator::new(free), Estimator::new(kept));
+        push(&mut free, &gradient, 1.0);
+        let status = push(&mut kept, &gradient, 1.0);
+        let distance = |point: &Vector3<f64>| weight.norm_squared(&(point - truth));
+        prop_assert!(distance(kept.parameters()) <= distance(free.parameters()) * (1.0 + 1e-12));
+        prop_assert!(weight.norm_squared(kept.parameters()).sqrt() <= radius * (1.0 + 1e-12));
+        prop_assert_eq!(status.projected, free.parameters() != kept.parameters());
+    }
+
+    #[test]
+    fn projection_onto_a_box_never_raises_the_storage(
+        z in vector3(0.1..10.0), gradient in vector3(-50.0..50.0), truth in vector3(-1.0..1.0)
+    ) {
+        let weight = DiagonalWeight::new(z).unwrap();
+        let bounds = ParameterBox::new(Vector3::repeat(-1.0), Vector3::repeat(1.0)).unwrap();
+        let free = Adaptation::new(Vector3::zeros(), weight).unwrap();
+        let kept = free.clone().projected_onto_box(bounds).unwrap();
+        let (mut free, mut kept) = (Estimator::new(free), Estimator::new(kept));
+        push(&mut free, &gradient, 1.0);
+        push(&mut kept, &gradient, 1.0);
+        let distance = |point: &Vector3<f64>| weight.norm_squared(&(point - truth));
+        prop_assert!(distance(kept.parameters()) <= distance(free.parameters()));
+        prop_assert!(kept.parameters().amax() <= 1.0);
+    }
+
+    #[test]
+    fn the_three_weights_agree_where_they_mean_the_same(z in 0.1..10.0_f64, vector in vector3(-1.0..1.0)) {
+        let (scalar, diagonal) = (ScalarWeight::new(z).unwrap(), DiagonalWeight::new(Vector3::repeat(z)).unwrap());
+        let full = FullWeight::new(&(SMatrix::<f64, 3, 3>::identity() * z)).unwrap();
+        let solved = AdaptationWeight::<f64, 3>::solve(&scalar, &vector);
+        prop_assert!((diagonal.solve(&vector) - solved).amax() < 1e-14);
+        prop_assert!((full.solve(&vector) - solved).amax() < 1e-13);
+        let norm = AdaptationWeight::<f64, 3>::norm_squared(&scalar, &vector);
+        prop_assert!((diagonal.norm_squared(&vector) - norm).abs() < 1e-13);
+        prop_assert!((full.norm_squared(&vector) - norm).abs() < 1e-13);
+    }
+}
+
+#[test]
+fn a_state_of_another_size_or_without_numbers_is_refused() {
+    let mut estimator = Estimator::new(plain(Vector3::repeat(1.0)));
+    let other = hinf_control::FrozenState::new(&[1.0, 2.0]).unwrap();
+    assert_eq!(estimator.thaw(&other), Err(ThawError::Size { expected: 7, found: 2 }));
+    let nan = hinf_control::FrozenState::new(&[f64::NAN; 7]).unwrap();
+    assert_eq!(estimator.thaw(&nan), Err(ThawError::NotFinite));
+    assert_eq!(*estimator.parameters(), Vector3::repeat(1.0));
+}
