@@ -15,6 +15,9 @@ use vcan_support::process::{Robot, Scheduling, controller, finish, succeed};
 /// Cycles of each measurement: a minute at 3 ms.
 const CYCLES: u64 = 20_000;
 
+/// Cycles beside a load: the paper's task and no more, since a guest that is never idle takes ten times as long to run.
+const CYCLES_BESIDE_LOAD: u64 = 1_000;
+
 /// The duration of the task in robots/uarm.toml.
 const TASK_US: u64 = 3_000_000;
 
@@ -24,22 +27,19 @@ const WAKE_UP_RATIO: f64 = 1.5;
 /// cyclictest's priority: that of the loop.
 const PRIORITY: &str = "80";
 
-/// Processes that compute without end, which the loop must not notice.
-struct Load(Vec<Child>);
+/// A process that computes without end, which the loop must not notice.
+struct Load(Child);
 
 impl Load {
     fn start() -> Self {
-        let busy = || Command::new("sh").args(["-c", "while :; do :; done"]).stdout(Stdio::null()).spawn().unwrap();
-        Self((0..2).map(|_| busy()).collect())
+        Self(Command::new("sh").args(["-c", "while :; do :; done"]).stdout(Stdio::null()).spawn().unwrap())
     }
 }
 
 impl Drop for Load {
     fn drop(&mut self) {
-        for child in &mut self.0 {
-            child.kill().unwrap();
-            child.wait().unwrap();
-        }
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
     }
 }
 
@@ -65,7 +65,8 @@ fn measure(workshop: &Workshop, period_us: u64, cycles: u64, realtime: &str) -> 
     drop(robot);
     let reports: Value = serde_json::from_slice(&output.stdout).unwrap();
     let timing = &reports[0]["timing"];
-    assert!(timing["cycles"].as_u64().unwrap() >= cycles, "{reports}");
+    let ticks = timing["cycles"].as_u64().unwrap() + timing["skipped_ticks"].as_u64().unwrap();
+    assert!(ticks >= cycles, "{reports}");
     timing.clone()
 }
 
@@ -78,12 +79,11 @@ fn assert_every_deadline_met(timing: &Value) {
     assert_eq!(timing["skipped_ticks"].as_u64(), Some(0), "{timing}");
 }
 
-/// This much is said of a kernel, period and load.
-fn assert_keeps_time(test: &str, period_us: u64, load: Option<Load>) {
+/// Every deadline is met, and the worst wake-up is near cyclictest's.
+fn assert_keeps_time(test: &str, period_us: u64, cycles: u64) {
     let workshop = Workshop::new(test);
-    let yardstick = cyclictest_maximum(period_us, CYCLES);
-    let timing = measure(&workshop, period_us, CYCLES, "enforce");
-    drop(load);
+    let yardstick = cyclictest_maximum(period_us, cycles);
+    let timing = measure(&workshop, period_us, cycles, "enforce");
     let wake_up = wake_up_maximum(&timing);
     println!("{test}: {period_us} us: wake-up at most {wake_up} ns, cyclictest {yardstick} ns; {timing}");
     assert_every_deadline_met(&timing);
@@ -98,31 +98,30 @@ fn need_guest_time() {
 #[test]
 fn three_milliseconds_without_a_missed_deadline() {
     need_guest_time();
-    assert_keeps_time("3ms", 3_000, None);
+    assert_keeps_time("3ms", 3_000, CYCLES);
 }
 
 #[test]
 fn one_millisecond_without_a_missed_deadline() {
     need_guest_time();
-    assert_keeps_time("1ms", 1_000, None);
+    assert_keeps_time("1ms", 1_000, CYCLES);
 }
 
 #[test]
 fn three_milliseconds_beside_a_competing_load() {
     need_guest_time();
-    assert_keeps_time("3ms-load", 3_000, Some(Load::start()));
+    let _load = Load::start();
+    assert_keeps_time("3ms-load", 3_000, CYCLES_BESIDE_LOAD);
 }
 
 /// The check above can fail: the same loop as an ordinary process beside the same load exceeds its bound.
 #[test]
 fn without_fifo_scheduling_the_wake_up_bound_is_broken() {
     need_guest_time();
-    const FEW_CYCLES: u64 = 2_000;
     let workshop = Workshop::new("no-fifo");
-    let load = Load::start();
-    let yardstick = cyclictest_maximum(3_000, FEW_CYCLES);
-    let timing = measure(&workshop, 3_000, FEW_CYCLES, "off");
-    drop(load);
+    let _load = Load::start();
+    let yardstick = cyclictest_maximum(3_000, CYCLES_BESIDE_LOAD);
+    let timing = measure(&workshop, 3_000, CYCLES_BESIDE_LOAD, "off");
     let wake_up = wake_up_maximum(&timing);
     println!("no-fifo: wake-up at most {wake_up} ns, cyclictest {yardstick} ns; {timing}");
     assert!(wake_up as f64 > WAKE_UP_RATIO * yardstick as f64, "wake-up {wake_up} ns, cyclictest {yardstick} ns");
