@@ -1,5 +1,106 @@
-//! Deterministic plants and the emulated drives that carry them.
+//! Deterministic plants and the emulated drives that carry them: the other end of any link.
+//!
+//! # The contract: the same calls give the same bits
+//!
+//! - **Time is passed in.** Nothing here reads a clock but [`InProcessLink`], through the [`Clock`](uarm_io::time::Clock) that
+//!   it was given. Plant time is whole nanoseconds.
+//! - **One grid.** Plants integrate by RK4 on whole multiples of one [`IntegrationStep`] (100 µs) from plant time zero. How the
+//!   caller cuts time into calls does not show, as long as it cuts on the grid; the instant at which the [`Disturbance`]
+//!   starts is stepped onto exactly, wherever it lies.
+//! - **Lockstep.** With [`Pacing::Lockstep`] the plant moves by one period at each SYNC: what happens does not depend on when
+//!   it happens. A run in virtual time, in real time and over a bus gives the same positions, bit for bit.
+//! - **The same functions everywhere.** sin, cos, tanh and exp come from `libm`; there is no fused multiply-add, no hash map,
+//!   no random number but the seeded one of [`FaultyLink`].
+//! - **No allocation after construction**, no lock, no panic: the in-process robot runs on the real-time thread.
+//!
+//! # Example
+//!
+//! Three drives on the ideal plant, over a link without a wire, in time that passes when it is told to:
+//!
+//! ```
+//! use sim::{
+//!     CountingDirection, DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderMounting, InProcessLink, Pacing,
+//!     VirtualClock,
+//! };
+//! use std::time::Duration;
+//! use uarm_io::drive::wire::sync_frame;
+//! use uarm_io::link::Link;
+//! use uarm_io::time::Clock;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let drive = |node| {
+//!     DriveParameters::new(DriveDescription {
+//!         node,
+//!         rated_torque: 200, // mN·m
+//!         rated_current: 1_500, // mA
+//!         maximum_torque: 1_000, // per mille
+//!         encoder: EncoderMounting {
+//!             counts_per_revolution: 33_739,
+//!             counter_bits: 32,
+//!             direction: CountingDirection::Up,
+//!             zero_offset: 0,
+//!         },
+//!     })
+//! };
+//! let plant = DemPlant::new(dem_model::ThreeLinkDem::table_2());
+//! let pacing = Pacing::Lockstep { period: Duration::from_millis(3) };
+//! let robot = EmulatedRobot::new(plant, [drive(1)?, drive(2)?, drive(3)?], pacing)?;
+//!
+//! let mut clock = VirtualClock::new();
+//! let mut link = InProcessLink::new(robot, clock.clone());
+//! let boot_ups = std::iter::from_fn(|| link.receive(clock.now()).transpose()).count();
+//! assert_eq!(boot_ups, 3);
+//!
+//! link.send(&sync_frame(1))?;
+//! clock.sleep_until(clock.now() + Duration::from_millis(3));
+//! assert!(link.receive(clock.now())?.is_none(), "before NMT start a drive does not answer SYNC");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The master that boots, configures and runs these drives is `uarm_io::drive::DriveNetwork`; see `tests/network.rs`.
+//!
+//! # Map
+//!
+//! | module | subject |
+//! |---|---|
+//! | [`plant`] | [`Plant`]; [`DemPlant`] (ideal), [`UarmPlant`] (imperfect), [`FreeFloatingPlant`] (space manipulator, without the DEM); integrator, disturbance, brakes |
+//! | [`drive`] | the CiA 402 drive: object dictionary, SDO rules, NMT, heartbeats, power state machine, encoder, faults |
+//! | [`EmulatedRobot`] | three drives on a plant, sans-I/O: frames and instants in, frames out |
+//! | [`link`] | [`InProcessLink`] to such a robot; [`FaultyLink`], [`ObservedLink`] around any link |
+//! | [`VirtualClock`] | time that jumps |
+//! | [`DRIVE_EDS`], [`WIRE_DBC`] | the wire, for other tools; both are held against the code by tests |
+//!
+//! # Not in it
+//!
+//! Bit timing, arbitration and error frames of a CAN bus (a frame sent in process arrives at once); flexible links, backlash,
+//! the motors' electrical side; SDO block transfer, LSS and node guarding; more than one RPDO and TPDO per drive.
+#![no_std]
 #![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing, clippy::as_conversions)
+)]
 
-mod plant;
-pub use plant::Plant;
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+mod clock;
+pub mod drive;
+pub mod link;
+mod outbox;
+pub mod plant;
+mod robot;
+mod wire_files;
+
+pub use clock::VirtualClock;
+pub use drive::{CountingDirection, DriveDescription, DriveFault, DriveParameters, EmulatedDrive, EncoderMounting};
+pub use link::{FaultRates, FaultyLink, InProcessError, InProcessLink, ObservedLink};
+pub use outbox::{OUTBOX_CAPACITY, Outbox};
+pub use plant::{
+    Brake, DemPlant, Disturbance, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant,
+    UarmImperfections, UarmParameterError, UarmPlant, UarmPlantParameters,
+};
+pub use robot::{EmulatedRobot, Joint, Pacing, RobotError};
+pub use wire_files::{DRIVE_EDS, WIRE_DBC};

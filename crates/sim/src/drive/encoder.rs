@@ -1,0 +1,152 @@
+//! The drive's quadrature encoder: a true angle becomes the count that 6064h shows.
+
+use nalgebra::ComplexField;
+
+/// Which way the counter counts when the joint turns in the positive direction of the model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CountingDirection {
+    /// Upwards.
+    #[default]
+    Up,
+    /// Downwards.
+    Down,
+}
+
+/// How an encoder is built and mounted, as plain numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EncoderMounting {
+    /// Quadrature counts per revolution of the joint; 4 ..= 2²⁴.
+    pub counts_per_revolution: u32,
+    /// Width of the counter, bits; 8 ..= 32. A narrower counter's value is sign-extended to the 32 bits of 6064h.
+    pub counter_bits: u8,
+    /// Which way it counts.
+    pub direction: CountingDirection,
+    /// What it shows at the model's angle zero, counts.
+    pub zero_offset: i32,
+}
+
+/// Why an encoder is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EncoderError {
+    /// The resolution is out of range.
+    #[error("the encoder has {found} counts per revolution, expected 4 to 16777216")]
+    CountsPerRevolution {
+        /// What was asked for.
+        found: u32,
+    },
+    /// The counter's width is out of range.
+    #[error("the encoder's counter has {found} bits, expected 8 to 32")]
+    CounterBits {
+        /// What was asked for.
+        found: u8,
+    },
+}
+
+/// An encoder: counts = ±⌊q/D + ½⌋ + offset with D = 2π / counts per revolution, wrapped to the counter's width.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Encoder {
+    mounting: EncoderMounting,
+}
+
+impl Encoder {
+    /// Checks and takes a mounting.
+    ///
+    /// # Errors
+    /// [`EncoderError`] if a number is out of the range that its field states.
+    pub fn new(mounting: EncoderMounting) -> Result<Self, EncoderError> {
+        let EncoderMounting { counts_per_revolution, counter_bits, .. } = mounting;
+        if !(4..=1 << 24).contains(&counts_per_revolution) {
+            return Err(EncoderError::CountsPerRevolution { found: counts_per_revolution });
+        }
+        if !(8..=32).contains(&counter_bits) {
+            return Err(EncoderError::CounterBits { found: counter_bits });
+        }
+        Ok(Self { mounting })
+    }
+
+    /// How it is built and mounted.
+    pub const fn mounting(&self) -> &EncoderMounting {
+        &self.mounting
+    }
+
+    /// The counter's value at `angle`, rad; at an angle that is not finite the counter shows its zero offset.
+    pub fn counts(&self, angle: f64) -> i32 {
+        let per_count = core::f64::consts::TAU / f64::from(self.mounting.counts_per_revolution);
+        let steps = whole(ComplexField::floor(angle / per_count + 0.5));
+        let counted = match self.mounting.direction {
+            CountingDirection::Up => steps,
+            CountingDirection::Down => steps.wrapping_neg(),
+        };
+        sign_extended(counted.wrapping_add(i64::from(self.mounting.zero_offset)), self.mounting.counter_bits)
+    }
+}
+
+/// A whole number as an integer; saturates, zero for what is not a number.
+#[expect(clippy::as_conversions, reason = "the only way from f64 to i64; it saturates, which is what is wanted")]
+const fn whole(value: f64) -> i64 {
+    value as i64
+}
+
+/// The low `bits` of `value`, read as a two's complement number.
+#[expect(clippy::as_conversions, reason = "after the shifts the value fits: bits is at most 32")]
+const fn sign_extended(value: i64, bits: u8) -> i32 {
+    let unused = 64_u32.saturating_sub(bits as u32);
+    (value.wrapping_shl(unused) >> unused) as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f64::consts::TAU;
+    use proptest::prelude::*;
+
+    fn encoder(counter_bits: u8, direction: CountingDirection, zero_offset: i32) -> Encoder {
+        Encoder::new(EncoderMounting { counts_per_revolution: 33_739, counter_bits, direction, zero_offset }).unwrap()
+    }
+
+    #[test]
+    fn counts_change_half_way_between_two_angles() {
+        let encoder = encoder(32, CountingDirection::Up, 0);
+        let per_count = TAU / 33_739.0;
+        assert_eq!(encoder.counts(0.499 * per_count), 0);
+        assert_eq!(encoder.counts(0.501 * per_count), 1);
+        assert_eq!(encoder.counts(-0.499 * per_count), 0);
+        assert_eq!(encoder.counts(-0.501 * per_count), -1);
+        assert_eq!(encoder.counts(f64::NAN), 0);
+    }
+
+    #[test]
+    fn a_narrow_counter_wraps() {
+        let encoder = encoder(16, CountingDirection::Up, 32_767);
+        assert_eq!(encoder.counts(0.0), 32_767);
+        assert_eq!(encoder.counts(1.1 * TAU / 33_739.0), -32_768);
+    }
+
+    #[test]
+    fn what_no_encoder_has_is_refused() {
+        let mounting = *encoder(32, CountingDirection::Up, 0).mounting();
+        let none = Encoder::new(EncoderMounting { counts_per_revolution: 0, ..mounting });
+        assert_eq!(none, Err(EncoderError::CountsPerRevolution { found: 0 }));
+        let wide = Encoder::new(EncoderMounting { counter_bits: 33, ..mounting });
+        assert_eq!(wide, Err(EncoderError::CounterBits { found: 33 }));
+    }
+
+    proptest! {
+        /// Direction and offset undone, the count stands for the angle to half a count.
+        #[test]
+        fn counts_stand_for_the_angle(angle in -50.0..50.0_f64, offset in -1_000_000..1_000_000_i32, up in any::<bool>()) {
+            let (direction, sign) = if up { (CountingDirection::Up, 1.0) } else { (CountingDirection::Down, -1.0) };
+            let counts = encoder(32, direction, offset).counts(angle);
+            let read = sign * f64::from(counts - offset) * TAU / 33_739.0;
+            prop_assert!((read - angle).abs() <= 0.5 * TAU / 33_739.0 + 1e-12);
+        }
+
+        /// Two counters of different width agree in the bits that both have.
+        #[test]
+        fn widths_agree_in_their_low_bits(angle in -500.0..500.0_f64, bits in 8_u8..=31) {
+            let wide = encoder(32, CountingDirection::Up, 5).counts(angle);
+            let narrow = encoder(bits, CountingDirection::Up, 5).counts(angle);
+            prop_assert_eq!((wide ^ narrow) & ((1 << bits) - 1), 0);
+        }
+    }
+}

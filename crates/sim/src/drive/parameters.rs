@@ -1,0 +1,139 @@
+//! What an emulated drive is made of.
+
+use super::encoder::{Encoder, EncoderError, EncoderMounting};
+use uarm_io::drive::NodeId;
+
+/// An emulated drive, as plain numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DriveDescription {
+    /// Node on the bus, 1 ..= 126 (127 is the master's).
+    pub node: u8,
+    /// Rated torque of the motor at the joint, mN·m, as 6076h counts it; > 0.
+    ///
+    /// Whole mN·m are coarse beside the UARM's peak of about 70 mN·m, but only the unit of 6071h depends on it: torque is
+    /// commanded in per mille of this value, so that a rated torque of 200 mN·m gives steps of 0.2 mN·m.
+    pub rated_torque: u32,
+    /// Rated current of the motor, mA, as 6075h counts it; > 0. Shown, not used.
+    pub rated_current: u32,
+    /// Largest torque, per mille of the rated one, as 6072h counts it: the drive cuts off what is above.
+    pub maximum_torque: u16,
+    /// The encoder.
+    pub encoder: EncoderMounting,
+}
+
+/// Why a drive is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DriveError {
+    /// The node is not one a drive may have.
+    #[error("node {found} is no drive's, expected 1 to 126")]
+    Node {
+        /// What was asked for.
+        found: u8,
+    },
+    /// No torque, or no current.
+    #[error("drive {node}: {name} is 0, expected more")]
+    Zero {
+        /// The drive.
+        node: u8,
+        /// The quantity.
+        name: &'static str,
+    },
+    /// The encoder is refused.
+    #[error("drive {node}: {error}")]
+    Encoder {
+        /// The drive.
+        node: u8,
+        /// Why.
+        error: EncoderError,
+    },
+}
+
+/// An emulated drive's parameters, checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DriveParameters {
+    node: NodeId,
+    rated_torque: u32,
+    rated_current: u32,
+    maximum_torque: u16,
+    encoder: Encoder,
+}
+
+impl DriveParameters {
+    /// The highest node that a drive may have; the one above is the master's.
+    const HIGHEST_NODE: u8 = 126;
+
+    /// Checks and takes a description.
+    ///
+    /// # Errors
+    /// [`DriveError`] if a number is out of the range that its field states.
+    pub fn new(description: DriveDescription) -> Result<Self, DriveError> {
+        let DriveDescription { node: raw, rated_torque, rated_current, maximum_torque, encoder } = description;
+        let node =
+            NodeId::new(raw).ok().filter(|_| raw <= Self::HIGHEST_NODE).ok_or(DriveError::Node { found: raw })?;
+        if rated_torque == 0 {
+            return Err(DriveError::Zero { node: raw, name: "rated_torque" });
+        }
+        if rated_current == 0 {
+            return Err(DriveError::Zero { node: raw, name: "rated_current" });
+        }
+        let encoder = Encoder::new(encoder).map_err(|error| DriveError::Encoder { node: raw, error })?;
+        Ok(Self { node, rated_torque, rated_current, maximum_torque, encoder })
+    }
+
+    /// Node on the bus.
+    pub const fn node(&self) -> NodeId {
+        self.node
+    }
+
+    /// Rated torque, mN·m (6076h).
+    pub const fn rated_torque(&self) -> u32 {
+        self.rated_torque
+    }
+
+    /// Rated current, mA (6075h).
+    pub const fn rated_current(&self) -> u32 {
+        self.rated_current
+    }
+
+    /// Largest torque, per mille of the rated one (6072h).
+    pub const fn maximum_torque(&self) -> u16 {
+        self.maximum_torque
+    }
+
+    /// The encoder.
+    pub const fn encoder(&self) -> &Encoder {
+        &self.encoder
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::drive::CountingDirection;
+
+    pub(crate) fn description(node: u8) -> DriveDescription {
+        DriveDescription {
+            node,
+            rated_torque: 200,
+            rated_current: 1_000,
+            maximum_torque: 1_000,
+            encoder: EncoderMounting {
+                counts_per_revolution: 33_739,
+                counter_bits: 32,
+                direction: CountingDirection::Up,
+                zero_offset: 0,
+            },
+        }
+    }
+
+    #[test]
+    fn what_no_drive_has_is_refused() {
+        assert!(DriveParameters::new(description(126)).is_ok());
+        assert_eq!(DriveParameters::new(description(0)), Err(DriveError::Node { found: 0 }));
+        assert_eq!(DriveParameters::new(description(127)), Err(DriveError::Node { found: 127 }));
+        let weak = DriveDescription { rated_torque: 0, ..description(2) };
+        assert_eq!(DriveParameters::new(weak), Err(DriveError::Zero { node: 2, name: "rated_torque" }));
+        let cold = DriveDescription { rated_current: 0, ..description(2) };
+        assert_eq!(DriveParameters::new(cold), Err(DriveError::Zero { node: 2, name: "rated_current" }));
+    }
+}

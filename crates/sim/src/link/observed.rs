@@ -1,0 +1,51 @@
+//! A wrapper that shows each frame that passes.
+
+use uarm_io::frame::Frame;
+use uarm_io::link::{Link, Received};
+use uarm_io::time::Instant;
+
+/// Which way a frame goes, seen from the master.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// From the master.
+    Sent,
+    /// To the master.
+    Received,
+}
+
+/// A link that hands every frame to an observer once the inner link has taken or delivered it.
+#[derive(Debug)]
+pub struct ObservedLink<L, O> {
+    inner: L,
+    observer: O,
+}
+
+impl<L: Link, O: FnMut(Direction, &Frame, Instant)> ObservedLink<L, O> {
+    /// Wraps `inner`.
+    pub const fn new(inner: L, observer: O) -> Self {
+        Self { inner, observer }
+    }
+
+    /// The link inside.
+    pub const fn inner_mut(&mut self) -> &mut L {
+        &mut self.inner
+    }
+}
+
+impl<L: Link, O: FnMut(Direction, &Frame, Instant)> Link for ObservedLink<L, O> {
+    type Error = L::Error;
+
+    fn send(&mut self, frame: &Frame) -> Result<Instant, L::Error> {
+        let at = self.inner.send(frame)?;
+        (self.observer)(Direction::Sent, frame, at);
+        Ok(at)
+    }
+
+    fn receive(&mut self, deadline: Instant) -> Result<Option<Received>, L::Error> {
+        let received = self.inner.receive(deadline)?;
+        if let Some(Received { frame, at }) = &received {
+            (self.observer)(Direction::Received, frame, *at);
+        }
+        Ok(received)
+    }
+}

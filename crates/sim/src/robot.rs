@@ -1,0 +1,244 @@
+//! The emulated robot: a plant, three drives on it, and the rule by which plant time passes.
+
+use crate::drive::{DriveFault, DriveParameters, EmulatedDrive, Reaction};
+use crate::outbox::Outbox;
+use crate::plant::{Brake, Plant};
+use core::time::Duration;
+use nalgebra::Vector3;
+use uarm_io::drive::cia402::PowerState;
+use uarm_io::drive::wire::Channel;
+use uarm_io::frame::Frame;
+use uarm_io::time::Instant;
+
+/// A joint of the robot and the drive on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Joint {
+    /// The base, passive.
+    One,
+    /// The first driven joint.
+    Two,
+    /// The second driven joint.
+    Three,
+}
+
+impl Joint {
+    /// All joints, from the base outwards.
+    pub const ALL: [Self; 3] = [Self::One, Self::Two, Self::Three];
+}
+
+/// How plant time passes.
+///
+/// In both cases it begins with the first SYNC at which all drives are in *Operation enabled*; before that nothing moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pacing {
+    /// Each further SYNC moves the plant on by one period with the torques held: what happens does not depend on when it
+    /// happens, so that a run is reproducible to the bit, in real time, in virtual time and over a bus.
+    Lockstep {
+        /// The time between two SYNCs, plant time.
+        period: Duration,
+    },
+    /// As time passes.
+    WallClock,
+}
+
+/// Why a robot is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RobotError {
+    /// Two drives share a node.
+    #[error("two drives have node {node}, expected one each")]
+    NodeTwice {
+        /// The node.
+        node: u8,
+    },
+    /// The period of the lockstep is out of range.
+    #[error("the lockstep period is {found:?}, expected 1 µs to 1 s")]
+    Period {
+        /// What was asked for.
+        found: Duration,
+    },
+}
+
+/// Shortest and longest period of the lockstep.
+const PERIODS: core::ops::RangeInclusive<Duration> = Duration::from_micros(1)..=Duration::from_secs(1);
+
+/// Whether plant time passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Run {
+    Waiting,
+    Since(Instant),
+}
+
+/// Three emulated drives on a plant, without I/O: frames and instants in, frames out.
+///
+/// Once NMT has reset all three drives, the plant is back in its initial state: someone has carried the robot to where the
+/// next experiment starts.
+#[derive(Debug)]
+pub struct EmulatedRobot<P> {
+    plant: P,
+    initial: P,
+    drives: [EmulatedDrive; 3],
+    pacing: Pacing,
+    run: Run,
+    /// Which drives were reset since plant time began.
+    reset: [bool; 3],
+    /// The latest instant seen: an injected fault has none of its own.
+    now: Instant,
+}
+
+impl<P: Plant + Clone> EmulatedRobot<P> {
+    /// Drives without supply on a plant; [`power_on`](Self::power_on) starts them.
+    ///
+    /// # Errors
+    /// [`RobotError`] if two drives share a node, or the lockstep's period is out of range.
+    pub fn new(plant: P, drives: [DriveParameters; 3], pacing: Pacing) -> Result<Self, RobotError> {
+        let [first, second, third] = drives.map(|drive| drive.node());
+        for (one, other) in [(first, second), (first, third), (second, third)] {
+            if one == other {
+                return Err(RobotError::NodeTwice { node: one.raw() });
+            }
+        }
+        if let Pacing::Lockstep { period } = pacing
+            && !PERIODS.contains(&period)
+        {
+            return Err(RobotError::Period { found: period });
+        }
+        let initial = plant.clone();
+        let drives = drives.map(EmulatedDrive::new);
+        Ok(Self { plant, initial, drives, pacing, run: Run::Waiting, reset: [false; 3], now: Instant::default() })
+    }
+
+    /// Switches the supply on: three boot-up messages.
+    pub fn power_on(&mut self, now: Instant, outbox: &mut Outbox) {
+        self.now = self.now.max(now);
+        self.latch_positions();
+        for drive in &mut self.drives {
+            drive.power_on(now, outbox);
+        }
+    }
+
+    /// The plant: the truth behind the encoders.
+    pub const fn plant(&self) -> &P {
+        &self.plant
+    }
+
+    /// The drive of a joint.
+    pub const fn drive(&self, joint: Joint) -> &EmulatedDrive {
+        let [one, two, three] = &self.drives;
+        match joint {
+            Joint::One => one,
+            Joint::Two => two,
+            Joint::Three => three,
+        }
+    }
+
+    const fn drive_mut(&mut self, joint: Joint) -> &mut EmulatedDrive {
+        let [one, two, three] = &mut self.drives;
+        match joint {
+            Joint::One => one,
+            Joint::Two => two,
+            Joint::Three => three,
+        }
+    }
+
+    /// Torques at the motors, N·m.
+    pub fn torque(&self) -> Vector3<f64> {
+        Vector3::from(self.drives.each_ref().map(EmulatedDrive::torque))
+    }
+
+    /// What the brakes do.
+    pub fn brakes(&self) -> [Brake; 3] {
+        self.drives.each_ref().map(EmulatedDrive::brake)
+    }
+
+    /// Brings a fault of a joint's drive about.
+    pub fn inject(&mut self, joint: Joint, fault: DriveFault) {
+        self.drive_mut(joint).inject(fault);
+    }
+
+    /// Takes the injected faults of a joint's drive away.
+    pub fn repair(&mut self, joint: Joint, now: Instant, outbox: &mut Outbox) {
+        self.drive_mut(joint).repair(now, outbox);
+    }
+
+    /// The next instant at which a drive does something by itself: [`on_time`](Self::on_time) wants to be called then.
+    pub fn next_deadline(&self) -> Option<Instant> {
+        self.drives.iter().filter_map(EmulatedDrive::next_deadline).min()
+    }
+
+    /// Does all that is due by `now`, in the order in which it falls due.
+    pub fn on_time(&mut self, now: Instant, outbox: &mut Outbox) {
+        while let Some(deadline) = self.next_deadline().filter(|deadline| *deadline <= now) {
+            // Nothing is sent before what was sent already.
+            let at = deadline.max(self.now);
+            self.now = at;
+            self.catch_up(at);
+            for drive in &mut self.drives {
+                if drive.next_deadline() == Some(deadline) {
+                    drive.on_time(at, outbox);
+                }
+            }
+        }
+        self.now = self.now.max(now);
+        self.catch_up(now);
+    }
+
+    /// Handles a frame that came at `now`, after all that was due before.
+    pub fn on_frame(&mut self, frame: &Frame, now: Instant, outbox: &mut Outbox) {
+        self.on_time(now, outbox);
+        match Channel::of(frame.id()) {
+            Some(Channel::Sync) => self.on_sync(now, outbox),
+            channel => {
+                if matches!(channel, Some(Channel::SdoRequest(_))) {
+                    self.latch_positions();
+                }
+                for (drive, reset) in self.drives.iter_mut().zip(&mut self.reset) {
+                    *reset |= drive.on_frame(frame, now, outbox) == Reaction::Reset;
+                }
+                self.rewind_after_reset();
+            }
+        }
+    }
+
+    fn on_sync(&mut self, now: Instant, outbox: &mut Outbox) {
+        match (self.run, self.pacing) {
+            (Run::Waiting, _) => {
+                if self.drives.iter().all(|drive| drive.power_state() == PowerState::OperationEnabled) {
+                    self.run = Run::Since(now);
+                }
+            }
+            (Run::Since(_), Pacing::Lockstep { period }) => self.advance(self.plant.time() + period),
+            (Run::Since(_), Pacing::WallClock) => {}
+        }
+        self.latch_positions();
+        for drive in &mut self.drives {
+            drive.on_sync(now, outbox);
+        }
+    }
+
+    fn catch_up(&mut self, now: Instant) {
+        if let (Run::Since(start), Pacing::WallClock) = (self.run, self.pacing) {
+            self.advance(now.since(start));
+        }
+    }
+
+    fn advance(&mut self, until: Duration) {
+        let (torque, brakes) = (self.torque(), self.brakes());
+        self.plant.advance(until, &torque, brakes);
+    }
+
+    fn latch_positions(&mut self) {
+        let position = self.plant.position();
+        for (drive, angle) in self.drives.iter_mut().zip(position.iter()) {
+            drive.latch_position(*angle);
+        }
+    }
+
+    fn rewind_after_reset(&mut self) {
+        if self.reset.iter().all(|reset| *reset) {
+            self.reset = [false; 3];
+            self.run = Run::Waiting;
+            self.plant = self.initial.clone();
+            self.latch_positions();
+        }
+    }
+}

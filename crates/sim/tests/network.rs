@@ -1,0 +1,168 @@
+//! The master of `uarm_io` against the emulated drives, over an in-process link and virtual time.
+
+mod support;
+
+use sim::{Brake, DemPlant, DriveFault, InProcessLink, Joint, Pacing, Plant, VirtualClock};
+use std::time::Duration;
+use support::{PERIOD, RATED_TORQUE, drives, lockstep, robot};
+use uarm_io::drive::cia402::PowerState;
+use uarm_io::drive::network::{CycleError, DriveConfiguration, NetworkConfiguration, Setting, StartError};
+use uarm_io::drive::{Address, DriveNetwork, NmtState, Value};
+use uarm_io::link::Link;
+use uarm_io::time::{Clock, Instant};
+use uarm_io::torque::RatedTorque;
+
+type Network = DriveNetwork<InProcessLink<DemPlant, VirtualClock>, 3>;
+
+fn configuration() -> NetworkConfiguration<3> {
+    let drives = drives().map(|drive| DriveConfiguration {
+        node: drive.node(),
+        encoder_increments: drive.encoder().mounting().counts_per_revolution,
+        encoder_revolutions: 1,
+        rated_torque: RatedTorque::from_millinewton_metres(RATED_TORQUE).unwrap(),
+        settings: [Setting::new(Address::new(0x6072, 0), Value::Unsigned16(900))].into_iter().collect(),
+    });
+    NetworkConfiguration::new(drives, PERIOD).unwrap()
+}
+
+fn network(pacing: Pacing) -> (Network, VirtualClock) {
+    let clock = VirtualClock::new();
+    let link = InProcessLink::new(robot(pacing), clock.clone());
+    (DriveNetwork::new(link, configuration()), clock)
+}
+
+fn started(pacing: Pacing) -> (Network, VirtualClock) {
+    let (mut network, clock) = network(pacing);
+    network.start(&clock).unwrap();
+    (network, clock)
+}
+
+/// One cycle as the loop makes it; the positions.
+fn cycle(
+    network: &mut Network,
+    clock: &mut VirtualClock,
+    tick: Instant,
+) -> Result<[i32; 3], CycleError<sim::InProcessError>> {
+    clock.sleep_until(tick);
+    network.sync()?;
+    let feedback = network.collect(tick + PERIOD / 3)?;
+    network.send_torques([0, 60, 30])?;
+    network.housekeeping(clock.now())?;
+    Ok(feedback.positions)
+}
+
+/// A run of so many cycles; all positions.
+fn run(network: &mut Network, clock: &mut VirtualClock, cycles: u32) -> Vec<[i32; 3]> {
+    let start = clock.now();
+    (0..cycles).map(|k| cycle(network, clock, start + PERIOD * k).unwrap()).collect()
+}
+
+#[test]
+fn boot_configure_enable_cycle_stop() {
+    let (mut network, mut clock) = network(lockstep());
+    let identities = network.start(&clock).unwrap().drives;
+    assert_eq!(identities.map(|drive| drive.serial), [Some(1), Some(2), Some(3)]);
+    let robot = network.link().robot();
+    assert_eq!(robot.brakes(), [Brake::Released; 3]);
+    assert_eq!(robot.drive(Joint::Two).object(Address::new(0x6072, 0)), Some(Value::Unsigned16(900)));
+    assert_eq!(robot.plant().time(), Duration::ZERO, "no SYNC, no motion");
+
+    let positions = run(&mut network, &mut clock, 1_001);
+    assert_eq!(network.link().robot().plant().time(), Duration::from_secs(3), "the first SYNC is plant time zero");
+    assert_ne!(positions[0], positions[1_000]);
+
+    let report = network.stop(&clock);
+    assert!(report.all_off());
+    let robot = network.link().robot();
+    assert_eq!(robot.brakes(), [Brake::Engaged; 3]);
+    assert_eq!(robot.drive(Joint::One).nmt_state(), NmtState::Stopped);
+    assert_eq!(robot.drive(Joint::One).power_state(), PowerState::SwitchOnDisabled);
+}
+
+/// The contract: a lockstep run is the same each time, and starting again carries the robot back.
+#[test]
+fn runs_repeat_bit_for_bit() {
+    let (mut network, mut clock) = started(lockstep());
+    let first = run(&mut network, &mut clock, 500);
+    let first_end = network.link().robot().plant().position();
+    network.stop(&clock);
+    network.start(&clock).unwrap();
+    let second = run(&mut network, &mut clock, 500);
+    assert_eq!(first, second);
+    let second_end = network.link().robot().plant().position();
+    assert_eq!(first_end.map(f64::to_bits), second_end.map(f64::to_bits));
+}
+
+/// With the master exactly on its ticks, wall clock and lockstep are the same experiment.
+#[test]
+fn wall_clock_and_lockstep_agree_when_the_master_keeps_time() {
+    let (mut lockstep, mut lockstep_clock) = started(lockstep());
+    let (mut wall, mut wall_clock) = started(Pacing::WallClock);
+    assert_eq!(run(&mut lockstep, &mut lockstep_clock, 500), run(&mut wall, &mut wall_clock, 500));
+}
+
+#[test]
+fn a_silent_master_means_brakes_within_the_heartbeat_time() {
+    for pacing in [lockstep(), Pacing::WallClock] {
+        let (mut network, mut clock) = started(pacing);
+        run(&mut network, &mut clock, 200);
+        let limit = configuration().heartbeats.master_timeout();
+        // The master is killed: from here on nobody sends. The link's other end goes on in its own time.
+        let last = clock.now();
+        let link = network.link_mut();
+        while link.receive(last + limit + Duration::from_millis(1)).unwrap().is_some() {}
+        assert_eq!(network.link().robot().brakes(), [Brake::Engaged; 3]);
+        let stopped = network.link().robot().plant().position();
+        clock.sleep_until(last + Duration::from_secs(1));
+        let link = network.link_mut();
+        while link.receive(last + Duration::from_secs(1)).unwrap().is_some() {}
+        assert_eq!(network.link().robot().plant().position(), stopped);
+    }
+}
+
+#[test]
+fn a_drive_that_falls_silent_ends_the_run() {
+    let (mut network, mut clock) = started(lockstep());
+    run(&mut network, &mut clock, 10);
+    network.link_mut().inject(Joint::Three, DriveFault::PowerLost);
+    let tick = clock.now() + PERIOD;
+    let error = cycle(&mut network, &mut clock, tick).unwrap_err();
+    assert!(matches!(error, CycleError::Missing { joints: 3, .. }), "{error}");
+}
+
+#[test]
+fn an_emergency_ends_the_run() {
+    let (mut network, mut clock) = started(lockstep());
+    run(&mut network, &mut clock, 10);
+    network.link_mut().inject(Joint::Two, DriveFault::OverTemperature);
+    let tick = clock.now() + PERIOD;
+    let error = cycle(&mut network, &mut clock, tick).unwrap_err();
+    assert!(matches!(error, CycleError::Emergency { node: 2, .. }), "{error}");
+    let report = network.stop(&clock);
+    assert!(report.all_off());
+}
+
+#[test]
+fn a_drive_that_was_left_in_fault_starts_again() {
+    let (mut network, mut clock) = started(lockstep());
+    run(&mut network, &mut clock, 10);
+    network.link_mut().inject(Joint::Two, DriveFault::OverTemperature);
+    let tick = clock.now() + PERIOD;
+    cycle(&mut network, &mut clock, tick).unwrap_err();
+    let error = network.start(&clock).unwrap_err();
+    assert!(matches!(error, StartError::NotReached { node: 2, .. }), "still hot: {error}");
+    network.link_mut().repair(Joint::Two);
+    network.start(&clock).unwrap();
+    run(&mut network, &mut clock, 10);
+}
+
+#[test]
+fn a_drive_that_is_not_the_robot_files_is_refused() {
+    let clock = VirtualClock::new();
+    let link = InProcessLink::new(robot(lockstep()), clock.clone());
+    let mut other = configuration().drives().clone();
+    other[2].encoder_increments = 8_000;
+    let configuration = NetworkConfiguration::new(other, PERIOD).unwrap();
+    let error = DriveNetwork::new(link, configuration).start(&clock).unwrap_err();
+    assert!(matches!(error, StartError::Mismatch { node: 3, .. }), "{error}");
+}
