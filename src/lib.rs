@@ -1,2 +1,12 @@
 //! The deploy binary's library: robot files, the control loop, the subcommands.
 #![forbid(unsafe_code)]
+
+pub mod cli;
+pub mod commands;
+pub mod control_loop;
+pub mod controllers;
+pub mod experiment;
+pub mod recording;
+pub mod robot;
+pub mod signals;
+pub mod trace;

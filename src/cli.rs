@@ -1,0 +1,35 @@
+//! The command line.
+
+use clap::{Parser, Subcommand};
+
+use crate::commands;
+
+/// What `uarm --version` prints behind the name.
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("UARM_COMMIT"), ")");
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 ok, 1 failure, 2 wrong usage, 3 finished with a loss (deadlines missed, records dropped, a damaged log).
+Results go to standard output (also as --json), diagnostics to standard error.
+Nothing moves a motor unless an interface is named with --can.";
+
+/// Adaptive robust control of free-floating space manipulators.
+#[derive(Debug, Parser)]
+#[command(name = "uarm", version = VERSION, about, after_help = EXIT_CODES, propagate_version = true)]
+pub struct CommandLine {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands, one file each in [`commands`].
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run the paper's experiment: on the embedded robot, or on real drives with --can
+    Run(Box<commands::run::Arguments>),
+    /// Be the robot: emulated CANopen drives and their plant on a CAN interface
+    Plant(commands::plant::Arguments),
+    /// Map a space manipulator to its dynamically equivalent manipulator (Table 1 to Table 2)
+    Map(commands::map::Arguments),
+    /// Print a completion script for a shell
+    Completions(commands::completions::Arguments),
+}

@@ -1,0 +1,87 @@
+//! What time and period the estimators and laws are told.
+
+use uarm_io::time::Instant;
+
+use super::schedule::{Period, Tick};
+
+/// Where the period that estimators and laws are told comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum PeriodSource {
+    /// Scheduled ticks elapsed, exact multiples of the period: the same bits in every lockstep run
+    #[default]
+    Scheduled,
+    /// From SYNC to SYNC as measured, as in the paper
+    Measured,
+}
+
+/// Task time: zero at the first cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct TaskClock {
+    source: PeriodSource,
+    time: f64,
+    previous_sync: Option<Instant>,
+    previous_tick: u64,
+}
+
+impl TaskClock {
+    /// A task clock at zero.
+    pub const fn new(source: PeriodSource) -> Self {
+        Self { source, time: 0.0, previous_sync: None, previous_tick: 0 }
+    }
+
+    /// Goes on to this cycle. Returns its task time and the period since the previous one, both in seconds and zero in
+    /// the first cycle.
+    pub fn advance(&mut self, tick: &Tick, sync_sent: Instant, nominal: Period) -> (f64, f64) {
+        let period = match (self.previous_sync, self.source) {
+            (None, _) => 0.0,
+            (Some(_), PeriodSource::Scheduled) => nominal.seconds(tick.elapsed),
+            (Some(previous), PeriodSource::Measured) => sync_sent.since(previous).as_secs_f64(),
+        };
+        self.time = match self.source {
+            PeriodSource::Scheduled => nominal.seconds(tick.index),
+            PeriodSource::Measured => self.time + period,
+        };
+        self.previous_sync = Some(sync_sent);
+        self.previous_tick = tick.index;
+        (self.time, period)
+    }
+
+    /// The task time of the next cycle if it comes in time, s.
+    pub fn next(&self, nominal: Period) -> f64 {
+        match self.source {
+            PeriodSource::Scheduled => nominal.seconds(self.previous_tick.saturating_add(1)),
+            PeriodSource::Measured => self.time + nominal.seconds(1),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use uarm_io::time::Duration;
+
+    fn tick(index: u64, elapsed: u64) -> Tick {
+        Tick { index, elapsed, scheduled: Instant::default(), woke: Instant::default() }
+    }
+
+    #[test]
+    fn scheduled_periods_are_exact_multiples_and_tell_of_skipped_ticks() {
+        let nominal = Period::new(Duration::from_millis(3)).unwrap();
+        let mut clock = TaskClock::new(PeriodSource::Scheduled);
+        let at = |microseconds: u64| Instant::from_nanoseconds(microseconds * 1_000);
+        assert_eq!(clock.advance(&tick(0, 0), at(17), nominal), (0.0, 0.0));
+        assert_eq!(clock.advance(&tick(1, 1), at(3_100), nominal), (0.003, 0.003));
+        assert_eq!(clock.advance(&tick(4, 3), at(12_001), nominal), (0.012, 0.009));
+        assert_eq!(clock.next(nominal), 0.015);
+    }
+
+    #[test]
+    fn measured_periods_follow_sync() {
+        let nominal = Period::new(Duration::from_millis(3)).unwrap();
+        let mut clock = TaskClock::new(PeriodSource::Measured);
+        let at = |microseconds: u64| Instant::from_nanoseconds(microseconds * 1_000);
+        assert_eq!(clock.advance(&tick(0, 0), at(17), nominal), (0.0, 0.0));
+        let (time, period) = clock.advance(&tick(1, 1), at(3_100), nominal);
+        assert_eq!((time, period), (0.003_083, 0.003_083));
+    }
+}

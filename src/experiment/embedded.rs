@@ -1,0 +1,132 @@
+//! The embedded robot: a plant behind emulated drives, in this process or on a CAN interface.
+
+use std::time::Duration;
+
+use anyhow::Context;
+use nalgebra::Vector3;
+use sim::drive::{CountingDirection, DriveDescription, DriveParameters, EncoderMounting};
+use sim::{
+    Brake, DemPlant, Disturbance, EmulatedRobot, FreeFloatingPlant, InProcessLink, InitialState, Pacing, Plant,
+    UarmPlant,
+};
+use uarm_io::encoder::Direction;
+use uarm_io::time::Clock;
+
+use crate::commands::run::PlantChoice;
+use crate::robot::Robot;
+use crate::robot::joint::Joint;
+
+/// Any of the embedded plants.
+#[derive(Clone, Debug)]
+pub enum EmbeddedPlant {
+    /// With the documented imperfections.
+    Uarm(UarmPlant),
+    /// As the controllers believe it to be.
+    Ideal(DemPlant),
+    /// The space manipulator itself.
+    Space(FreeFloatingPlant),
+}
+
+impl EmbeddedPlant {
+    /// The plant that `choice` names, at the start of the robot file's task and at rest.
+    ///
+    /// # Errors
+    /// If the imperfections make no plant of the model.
+    pub fn new(robot: &Robot, choice: PlantChoice, disturbance: Disturbance) -> anyhow::Result<Self> {
+        let start = robot.task.reference.start();
+        let initial = InitialState { position: Vector3::new(0.0, start.x, start.y), rate: Vector3::zeros() };
+        Ok(match choice {
+            PlantChoice::Uarm => {
+                let plant = UarmPlant::new(&robot.model, robot.plant).context("plant")?;
+                Self::Uarm(plant.with_initial_state(initial).with_disturbance(disturbance))
+            }
+            PlantChoice::Ideal => {
+                Self::Ideal(DemPlant::new(robot.model).with_initial_state(initial).with_disturbance(disturbance))
+            }
+            PlantChoice::Space => {
+                let plant = FreeFloatingPlant::new(&robot.space_manipulator);
+                Self::Space(plant.with_initial_state(initial).with_disturbance(disturbance))
+            }
+        })
+    }
+}
+
+impl Plant for EmbeddedPlant {
+    fn time(&self) -> Duration {
+        match self {
+            Self::Uarm(plant) => plant.time(),
+            Self::Ideal(plant) => plant.time(),
+            Self::Space(plant) => plant.time(),
+        }
+    }
+
+    fn position(&self) -> Vector3<f64> {
+        match self {
+            Self::Uarm(plant) => plant.position(),
+            Self::Ideal(plant) => plant.position(),
+            Self::Space(plant) => plant.position(),
+        }
+    }
+
+    fn rate(&self) -> Vector3<f64> {
+        match self {
+            Self::Uarm(plant) => plant.rate(),
+            Self::Ideal(plant) => plant.rate(),
+            Self::Space(plant) => plant.rate(),
+        }
+    }
+
+    fn advance(&mut self, until: Duration, torque: &Vector3<f64>, brakes: [Brake; 3]) {
+        match self {
+            Self::Uarm(plant) => plant.advance(until, torque, brakes),
+            Self::Ideal(plant) => plant.advance(until, torque, brakes),
+            Self::Space(plant) => plant.advance(until, torque, brakes),
+        }
+    }
+}
+
+/// A link to an embedded robot in this process. Its plant follows `clock`; in virtual time that is one period a cycle,
+/// to the nanosecond.
+///
+/// # Errors
+/// If the robot file describes drives that cannot be emulated.
+pub fn link<C: Clock>(
+    robot: &Robot,
+    choice: PlantChoice,
+    disturbance: Disturbance,
+    clock: C,
+) -> anyhow::Result<InProcessLink<EmbeddedPlant, C>> {
+    let plant = EmbeddedPlant::new(robot, choice, disturbance)?;
+    Ok(InProcessLink::new(emulate(robot, plant, Pacing::WallClock)?, clock))
+}
+
+/// Puts emulated drives, as the robot file describes them, on a plant.
+///
+/// # Errors
+/// If the robot file describes drives that cannot be emulated.
+pub fn emulate<P: Plant + Clone>(robot: &Robot, plant: P, pacing: Pacing) -> anyhow::Result<EmulatedRobot<P>> {
+    let [first, second, third] = &robot.joints;
+    Ok(EmulatedRobot::new(plant, [drive(first)?, drive(second)?, drive(third)?], pacing)?)
+}
+
+/// Shown by the emulated drives (6075h) and used nowhere: the paper prints no motor currents.
+const RATED_CURRENT_MILLIAMPERES: u32 = 1000;
+
+fn drive(joint: &Joint) -> anyhow::Result<DriveParameters> {
+    DriveParameters::new(DriveDescription {
+        node: joint.node.raw(),
+        rated_torque: joint.torque_scale.rated_torque.millinewton_metres(),
+        rated_current: RATED_CURRENT_MILLIAMPERES,
+        maximum_torque: u16::try_from(joint.torque_scale.ceiling.per_mille())?,
+        encoder: EncoderMounting {
+            counts_per_revolution: joint.encoder.counts_per_revolution.get(),
+            counter_bits: joint.encoder.counter_width.get(),
+            direction: match joint.encoder.direction {
+                Direction::Same => CountingDirection::Up,
+                Direction::Reversed => CountingDirection::Down,
+            },
+            zero_offset: joint.encoder.zero,
+        },
+    })
+    .with_context(|| joint.name.clone())
+}

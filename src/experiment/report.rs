@@ -1,0 +1,154 @@
+//! What a run tells when it is over.
+
+use std::io::{self, Write};
+
+use hinf_control::Law;
+use serde::Serialize;
+
+use crate::control_loop::timing::{LatencySummary, TimingSummary, Verdict};
+
+/// The summary of one run, as printed and as `--json` gives it. Angles in degrees, torques in N·m, indices as in
+/// Table 4 of the paper.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunReport {
+    /// The robot's name.
+    pub robot: String,
+    /// What moved: the embedded plant, or the interface.
+    pub plant: String,
+    /// The control law.
+    pub controller: &'static str,
+    /// How it ended.
+    pub end: String,
+    /// Did it end as planned?
+    pub completed: bool,
+    /// The indices over the task's duration.
+    pub indices: Indices,
+    /// The paper's, where it has any.
+    pub paper: Option<Indices>,
+    /// Tracking error of joints 2 and 3 in the last cycle, degrees.
+    pub final_error_deg: [f64; 2],
+    /// Largest torques applied, N·m.
+    pub peak_torque_nm: [f64; 2],
+    /// How far the base turned from the first cycle to the last, degrees.
+    pub base_drift_deg: f64,
+    /// Cycles in which the limiter cut a torque.
+    pub limited_cycles: u64,
+    /// Timing of the loop.
+    pub timing: TimingSummary,
+    /// What to make of it.
+    pub timing_verdict: Verdict,
+    /// The bus, computed from the robot file.
+    pub bus: BusReport,
+    /// Records that a log or trace lost.
+    pub records_dropped: u64,
+    /// Files that could not be written, and other losses.
+    pub losses: Vec<String>,
+}
+
+/// The performance indices of the paper, section 4.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Indices {
+    /// L2 norm of the state tracking error.
+    pub l2: f64,
+    /// Sum of the applied torques, N·m·s.
+    pub e: f64,
+}
+
+/// Bus time, computed with worst-case bit stuffing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BusReport {
+    /// Time on the bus per cycle, µs.
+    pub time_per_cycle_us: f64,
+    /// Share of the period.
+    pub load: f64,
+}
+
+impl Indices {
+    /// The paper's indices of a law (Table 4).
+    pub fn published(law: Law) -> Option<Self> {
+        law.published_indices().map(|published| Self { l2: published.tracking, e: published.torque })
+    }
+}
+
+impl RunReport {
+    /// Was anything lost on the way?
+    pub fn has_loss(&self) -> bool {
+        self.records_dropped > 0 || !self.losses.is_empty()
+    }
+
+    /// Prints the report for people.
+    ///
+    /// # Errors
+    /// If the output cannot be written.
+    pub fn print(&self, output: &mut impl Write) -> io::Result<()> {
+        writeln!(output, "{} on {}, controller {}: {}", self.robot, self.plant, self.controller, self.end)?;
+        self.print_indices(output)?;
+        let [error_2, error_3] = self.final_error_deg;
+        let [peak_2, peak_3] = self.peak_torque_nm;
+        writeln!(output, "  error at the end   joint 2 {error_2:+.3} deg   joint 3 {error_3:+.3} deg")?;
+        writeln!(output, "  peak torque        joint 2 {peak_2:.4} N m   joint 3 {peak_3:.4} N m")?;
+        writeln!(output, "  base drift         {:+.2} deg", self.base_drift_deg)?;
+        if self.limited_cycles > 0 {
+            writeln!(output, "  torque limited     in {} cycles", self.limited_cycles)?;
+        }
+        self.print_timing(output)?;
+        for loss in &self.losses {
+            writeln!(output, "  LOST               {loss}")?;
+        }
+        Ok(())
+    }
+
+    fn print_indices(&self, output: &mut impl Write) -> io::Result<()> {
+        let Indices { l2, e } = self.indices;
+        match self.paper {
+            Some(paper) => {
+                let row =
+                    |value: f64, paper: f64| format!("{value:.4}   paper {paper:.4}   ratio {:.2}", value / paper);
+                writeln!(output, "  L2                 {}", row(l2, paper.l2))?;
+                writeln!(output, "  E (N m s)          {}", row(e, paper.e))
+            }
+            None => writeln!(output, "  L2                 {l2:.4}\n  E (N m s)          {e:.4}"),
+        }
+    }
+
+    fn print_timing(&self, output: &mut impl Write) -> io::Result<()> {
+        let timing = &self.timing;
+        let milliseconds = timing.period_ns as f64 / 1e6;
+        writeln!(
+            output,
+            "  loop               {} cycles of {milliseconds} ms, {} deadlines missed, {} ticks skipped",
+            timing.cycles, timing.missed_deadlines, timing.skipped_ticks
+        )?;
+        writeln!(output, "    latency (us)          min      mean       p99     p99.9       max")?;
+        let mut row = |name: &str, latency: &LatencySummary| {
+            let microseconds = |nanoseconds: u64| nanoseconds as f64 / 1e3;
+            writeln!(
+                output,
+                "    {name:<16} {:>8.1}  {:>8.1}  {:>8.1}  {:>8.1}  {:>8.1}",
+                microseconds(latency.minimum_ns),
+                latency.mean_ns / 1e3,
+                microseconds(latency.p99_ns),
+                microseconds(latency.p999_ns),
+                microseconds(latency.maximum_ns)
+            )
+        };
+        row("wake-up", &timing.wake_up)?;
+        row("SYNC to counts", &timing.answer)?;
+        row("total", &timing.total)?;
+        writeln!(
+            output,
+            "  bus                {:.0} us of each cycle ({:.0} % load, computed for the worst case)",
+            self.bus.time_per_cycle_us,
+            self.bus.load * 100.0
+        )?;
+        writeln!(output, "  verdict            {}: {}", verdict_word(self.timing_verdict), timing.advice())
+    }
+}
+
+fn verdict_word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Good => "good",
+        Verdict::Tight => "tight",
+        Verdict::Missed => "deadlines missed",
+    }
+}

@@ -1,0 +1,53 @@
+//! What a report tells of the motion, collected cycle by cycle without allocation.
+
+use crate::control_loop::record::{CycleRecord, Recorder};
+
+/// Passes records on and keeps the few numbers that a report needs.
+#[derive(Debug)]
+pub struct Statistics<R> {
+    next: R,
+    /// Angle of the base in the first cycle, rad.
+    first_base: Option<f64>,
+    /// The last record's base angle, rad.
+    last_base: f64,
+    /// Tracking error of joints 2 and 3 in the last cycle, rad.
+    pub final_error: [f64; 2],
+    /// Largest torques applied, N·m.
+    pub peak_torque: [f64; 2],
+    /// Cycles in which the limiter cut a torque.
+    pub limited_cycles: u64,
+}
+
+impl<R: Recorder> Statistics<R> {
+    /// Statistics in front of `next`.
+    pub const fn new(next: R) -> Self {
+        Self { next, first_base: None, last_base: 0.0, final_error: [0.0; 2], peak_torque: [0.0; 2], limited_cycles: 0 }
+    }
+
+    /// How far the base turned, rad.
+    pub fn base_drift(&self) -> f64 {
+        self.first_base.map_or(0.0, |first| self.last_base - first)
+    }
+
+    /// What the records were passed on to.
+    pub fn into_next(self) -> R {
+        self.next
+    }
+}
+
+impl<R: Recorder> Recorder for Statistics<R> {
+    fn record(&mut self, record: &CycleRecord) {
+        let [base, position_2, position_3] = record.position;
+        let [reference_2, reference_3] = record.reference_position;
+        self.first_base.get_or_insert(base);
+        self.last_base = base;
+        self.final_error = [position_2 - reference_2, position_3 - reference_3];
+        for (peak, torque) in self.peak_torque.iter_mut().zip(record.torque_applied) {
+            *peak = peak.max(torque.abs());
+        }
+        if record.flags.limited.contains(&true) {
+            self.limited_cycles += 1;
+        }
+        self.next.record(record);
+    }
+}

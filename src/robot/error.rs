@@ -1,0 +1,96 @@
+//! What is wrong with a robot file: the file, the field, the value, and what was expected.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+/// A robot file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum RobotError {
+    /// It cannot be read.
+    #[error("{}: cannot be read: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is no TOML, or a field is unknown, missing or of another type.
+    #[error("{}: {source}", file.display())]
+    Syntax {
+        /// The file.
+        file: PathBuf,
+        /// Where and why.
+        source: Box<toml::de::Error>,
+    },
+    /// A field has a value that it cannot have.
+    #[error("{}: {field} = {value}: expected {expected}", file.display())]
+    Field {
+        /// The file.
+        file: PathBuf,
+        /// The path of the field, as in `joints[1].encoder.counter_bits`.
+        field: String,
+        /// Its value.
+        value: String,
+        /// What it may be.
+        expected: String,
+    },
+}
+
+/// Checks fields and words the errors.
+#[derive(Clone, Copy, Debug)]
+pub struct Checker<'a> {
+    file: &'a Path,
+}
+
+impl<'a> Checker<'a> {
+    /// A checker for the fields of `file`.
+    pub const fn new(file: &'a Path) -> Self {
+        Self { file }
+    }
+
+    /// The error of a field.
+    pub fn refuse(&self, field: impl Into<String>, value: impl Display, expected: impl Into<String>) -> RobotError {
+        RobotError::Field {
+            file: self.file.to_owned(),
+            field: field.into(),
+            value: value.to_string(),
+            expected: expected.into(),
+        }
+    }
+
+    /// A finite number within `minimum..=maximum`.
+    ///
+    /// # Errors
+    /// [`RobotError::Field`] if it is not.
+    pub fn within(&self, field: &str, value: f64, minimum: f64, maximum: f64) -> Result<f64, RobotError> {
+        if (minimum..=maximum).contains(&value) {
+            Ok(value)
+        } else {
+            Err(self.refuse(field, value, format!("a number from {minimum} to {maximum}")))
+        }
+    }
+
+    /// A finite number above zero.
+    ///
+    /// # Errors
+    /// [`RobotError::Field`] if it is not.
+    pub fn positive(&self, field: &str, value: f64) -> Result<f64, RobotError> {
+        if value > 0.0 && value.is_finite() {
+            Ok(value)
+        } else {
+            Err(self.refuse(field, value, "a finite number above 0"))
+        }
+    }
+
+    /// A finite number, zero or above.
+    ///
+    /// # Errors
+    /// [`RobotError::Field`] if it is not.
+    pub fn not_negative(&self, field: &str, value: f64) -> Result<f64, RobotError> {
+        if value >= 0.0 && value.is_finite() {
+            Ok(value)
+        } else {
+            Err(self.refuse(field, value, "a finite number, 0 or above"))
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! The robot file as it is written: field for field, no meaning yet. `robots/uarm.toml` explains each field.
+
+#![allow(missing_docs, reason = "robots/uarm.toml documents every field, with its unit")]
+
+use serde::{Deserialize, Serialize};
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotFile {
+    pub schema: u32,
+    pub name: String,
+    pub model: Model,
+    pub space_manipulator: SpaceManipulator,
+    pub task: Task,
+    pub control: Control,
+    pub estimator: Estimator,
+    pub bus: Bus,
+    pub joints: Vec<Joint>,
+    pub controllers: Controllers,
+    pub plant: Plant,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    pub base: ModelBase,
+    pub links: Vec<ModelLink>,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelBase {
+    pub inertia_kg_m2: f64,
+    pub length_m: f64,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelLink {
+    pub mass_kg: f64,
+    pub inertia_kg_m2: f64,
+    pub length_m: f64,
+    pub centre_of_mass_m: f64,
+}
+
+/// A space manipulator; `uarm map` reads files that hold nothing else.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpaceManipulator {
+    pub spacecraft: Spacecraft,
+    pub links: Vec<SpaceLink>,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spacecraft {
+    pub mass_kg: f64,
+    pub inertia_kg_m2: f64,
+    pub centre_of_mass_to_joint_m: f64,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpaceLink {
+    pub mass_kg: f64,
+    pub inertia_kg_m2: f64,
+    pub joint_to_centre_of_mass_m: f64,
+    pub centre_of_mass_to_joint_m: f64,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Task {
+    pub start_deg: [f64; 2],
+    pub end_deg: [f64; 2],
+    pub duration_s: f64,
+    pub hold_s: f64,
+    pub start_tolerance_deg: f64,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Control {
+    pub period_us: u32,
+    pub tracking_error_limit_deg: f64,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Estimator {
+    LowPass { cutoff_rad_per_s: f64 },
+    TrackingLoop { bandwidth_rad_per_s: f64 },
+    Kalman { jerk_density_rad2_per_s5: f64 },
+    Levant { jerk_bound_rad_per_s3: f64 },
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bus {
+    pub bitrate_hz: u32,
+    pub controller_heartbeat_ms: u16,
+    pub controller_timeout_ms: u16,
+    pub drive_heartbeat_ms: u16,
+    pub drive_timeout_ms: u16,
+    pub sdo_timeout_ms: u16,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Joint {
+    pub name: String,
+    pub role: Role,
+    pub node: u8,
+    pub encoder: Encoder,
+    pub drive: Drive,
+    pub limits: Limits,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    Passive,
+    Active,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Encoder {
+    pub counts_per_revolution: u32,
+    pub counter_bits: u8,
+    pub direction: Direction,
+    pub zero_counts: i32,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Direction {
+    Positive,
+    Negative,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drive {
+    pub rated_torque_nm: f64,
+    pub writes: Vec<ObjectWrite>,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObjectWrite {
+    pub index: u16,
+    pub subindex: u8,
+    #[serde(rename = "type")]
+    pub kind: ObjectType,
+    pub value: i64,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum ObjectType {
+    U8,
+    U16,
+    U32,
+    I8,
+    I16,
+    I32,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    pub torque_nm: f64,
+    pub torque_rate_nm_per_s: f64,
+    pub rate_deg_per_s: f64,
+    pub minimum_deg: f64,
+    pub maximum_deg: f64,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Controllers {
+    #[serde(rename = "attenuation_level")]
+    pub attenuation_level: f64,
+    pub reading: Reading,
+    pub r: Weight,
+    pub nonlinear: Nonlinear,
+    pub adaptive: Adaptive,
+    pub neural: Neural,
+    pub neural_model: NeuralModel,
+    pub fuzzy: Fuzzy,
+    pub fuzzy_model: FuzzyModel,
+    pub computed_torque: ComputedTorque,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reading {
+    Factors,
+    Blocks,
+}
+
+/// A 2 × 2 symmetric weight.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(
+    untagged,
+    expecting = "expected a diagonal [a, b] or a symmetric matrix [[a, c], [c, b]] of numbers with a point"
+)]
+pub enum Weight {
+    Diagonal([f64; 2]),
+    Full([[f64; 2]; 2]),
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum BaseAccelerationMode {
+    /// The differentiated base rate
+    Measured,
+    /// Eliminated with the model (eqs. 20, 21)
+    Eliminated,
+    /// Left out
+    Omitted,
+    /// Reduced dynamics, from rest
+    Reduced,
+    /// Reduced dynamics with the measured momentum
+    ReducedMomentum,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum ModelForm {
+    Paper,
+    Reduced,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Firing {
+    Minimum,
+    Product,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Nonlinear {
+    pub q1: Weight,
+    pub q2: Weight,
+    pub base_acceleration: BaseAccelerationMode,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Adaptive {
+    pub q1: Weight,
+    pub q2: Weight,
+    pub z: f64,
+    pub bound_radius: f64,
+    pub base_acceleration: BaseAccelerationMode,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Neural {
+    pub q1: Weight,
+    pub q2: Weight,
+    pub z: f64,
+    pub bound_radius: f64,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct NeuralModel {
+    pub q1: Weight,
+    pub q2: Weight,
+    pub z: f64,
+    pub bound_radius: f64,
+    pub model_form: ModelForm,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fuzzy {
+    pub q1: Weight,
+    pub q2: Weight,
+    pub z: f64,
+    pub bound_radius: f64,
+    pub firing: Firing,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct FuzzyModel {
+    pub q1: Weight,
+    pub q2: Weight,
+    pub z: f64,
+    pub bound_radius: f64,
+    pub firing: Firing,
+    pub model_form: ModelForm,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ComputedTorque {
+    pub proportional_nm_per_rad: [f64; 2],
+    pub derivative_nm_s_per_rad: [f64; 2],
+    pub model_form: ModelForm,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plant {
+    pub base_inertia_scale: f64,
+    pub link_scale: f64,
+    pub viscous_friction_nm_s: [f64; 3],
+    pub coulomb_friction_nm: [f64; 3],
+    pub torque_gain: f64,
+    pub tilt_m_per_s2: [f64; 2],
+}

@@ -1,0 +1,186 @@
+//! Robot files: read, checked, and turned into types that cannot be wrong.
+//!
+//! | module | subject |
+//! |---|---|
+//! | [`file`] | the file as written |
+//! | [`error`] | what is wrong with it |
+//! | [`network`] | what the CANopen master must know of it |
+//! | [`overrides`] | what a command line changes of it |
+//! | [`task`] | the motion |
+//! | [`joint`] | encoders, drives and limits |
+//! | [`bus`] | the bus and its time budget |
+//! | [`control`] | period, estimator, and the controllers' weights |
+
+pub mod bus;
+pub mod control;
+pub mod error;
+pub mod file;
+pub mod joint;
+pub mod network;
+pub mod overrides;
+pub mod task;
+
+use std::path::Path;
+
+use dem_model::planar::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
+use dem_model::{DemBase, DemLink, ThreeLinkDem};
+use hinf_control::FuzzySets;
+use sim::{UarmImperfections, UarmPlantParameters};
+use uarm_io::time::Duration;
+
+use crate::control_loop::schedule::Period;
+use bus::Bus;
+use error::{Checker, RobotError};
+use file::RobotFile;
+use joint::Joint;
+use overrides::Overrides;
+use task::Task;
+
+/// The name under which the built-in robot file appears in messages.
+pub const EMBEDDED_NAME: &str = "robots/uarm.toml (built in)";
+/// The paper's robot, built in.
+pub const EMBEDDED: &str = include_str!("../../robots/uarm.toml");
+/// The version of the format that this program reads.
+const SCHEMA: u32 = 1;
+
+/// A robot, checked.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    /// The text that it was read from.
+    pub source: String,
+    /// The file as written, with what the command line changed.
+    pub file: RobotFile,
+    /// Its name.
+    pub name: String,
+    /// What the controllers believe.
+    pub model: ThreeLinkDem<f64>,
+    /// The space manipulator that it stands for.
+    pub space_manipulator: PlanarSpaceManipulator<f64, 2>,
+    /// The experiment.
+    pub task: Task,
+    /// The loop's period.
+    pub period: Period,
+    /// Largest tracking error of a driven joint, rad.
+    pub tracking_error_limit: f64,
+    /// The bus.
+    pub bus: Bus,
+    /// The joints, in order.
+    pub joints: [Joint; 3],
+    /// Trained premise sets of the fuzzy laws; without them they run with the untrained grid.
+    pub fuzzy_sets: Option<FuzzySets<f64>>,
+    /// What is not ideal in the embedded robot.
+    pub plant: UarmPlantParameters,
+}
+
+impl Robot {
+    /// The paper's robot, or the one in `file`.
+    ///
+    /// # Errors
+    /// [`RobotError`] names file, field, value and expectation.
+    pub fn load(file: Option<&Path>) -> Result<Self, RobotError> {
+        Self::load_with(file, &Overrides::default())
+    }
+
+    /// The paper's robot, or the one in `file`, with what the command line changes.
+    ///
+    /// # Errors
+    /// As [`Robot::load`].
+    pub fn load_with(file: Option<&Path>, overrides: &Overrides) -> Result<Self, RobotError> {
+        let Some(path) = file else { return Self::parse(Path::new(EMBEDDED_NAME), EMBEDDED, overrides) };
+        let text =
+            std::fs::read_to_string(path).map_err(|source| RobotError::Read { file: path.to_owned(), source })?;
+        Self::parse(path, &text, overrides)
+    }
+
+    /// A robot from the text of a robot file; `name` is what messages call the file.
+    ///
+    /// # Errors
+    /// As [`Robot::load`].
+    pub fn parse(name: &Path, text: &str, overrides: &Overrides) -> Result<Self, RobotError> {
+        let mut file = toml::from_str(text)
+            .map_err(|source| RobotError::Syntax { file: name.to_owned(), source: Box::new(source) })?;
+        overrides.apply(&mut file, &Checker::new(name))?;
+        Self::check(name, text, file)
+    }
+
+    /// Checks a robot file as written; `name` and `text` say where it came from.
+    ///
+    /// # Errors
+    /// As [`Robot::load`].
+    pub fn check(name: &Path, text: &str, file: RobotFile) -> Result<Self, RobotError> {
+        let check = Checker::new(name);
+        if file.schema != SCHEMA {
+            return Err(check.refuse("schema", file.schema, format!("{SCHEMA}")));
+        }
+        let period = Period::new(Duration::from_micros(file.control.period_us.into())).ok_or_else(|| {
+            let expected = format!("{} to {}", Period::SHORTEST.as_micros(), Period::LONGEST.as_micros());
+            check.refuse("control.period_us", file.control.period_us, expected)
+        })?;
+        let joints = joint::check(&file, &check)?;
+        control::check(&file, &check)?;
+        Ok(Self {
+            source: text.to_owned(),
+            name: file.name.clone(),
+            model: model(&file.model, &check)?,
+            space_manipulator: space_manipulator(&file.space_manipulator, &check)?,
+            task: Task::check(&file.task, &check)?,
+            period,
+            tracking_error_limit: check
+                .within("control.tracking_error_limit_deg", file.control.tracking_error_limit_deg, 0.1, 360.0)?
+                .to_radians(),
+            bus: Bus::check(&file.bus, period, &check)?,
+            joints,
+            fuzzy_sets: None,
+            plant: plant(&file.plant, &check)?,
+            file,
+        })
+    }
+}
+
+fn model(model: &file::Model, check: &Checker<'_>) -> Result<ThreeLinkDem<f64>, RobotError> {
+    let links: &[file::ModelLink; 2] = model.links.as_slice().try_into().map_err(|_| {
+        check.refuse("model.links", format!("{} links", model.links.len()), "two links, those behind joints 2 and 3")
+    })?;
+    let base = DemBase { inertia: model.base.inertia_kg_m2, length: model.base.length_m };
+    let links = links.each_ref().map(|link| DemLink {
+        mass: link.mass_kg,
+        inertia: link.inertia_kg_m2,
+        length: link.length_m,
+        centre_of_mass: link.centre_of_mass_m,
+    });
+    ThreeLinkDem::new(base, links).map_err(|error| check.refuse("model", error, "what a rigid body can have"))
+}
+
+fn space_manipulator(
+    manipulator: &file::SpaceManipulator,
+    check: &Checker<'_>,
+) -> Result<PlanarSpaceManipulator<f64, 2>, RobotError> {
+    let links: &[file::SpaceLink; 2] = manipulator.links.as_slice().try_into().map_err(|_| {
+        check.refuse("space_manipulator.links", format!("{} links", manipulator.links.len()), "two links")
+    })?;
+    let spacecraft = SpacecraftBody {
+        mass: manipulator.spacecraft.mass_kg,
+        inertia: manipulator.spacecraft.inertia_kg_m2,
+        centre_of_mass_to_joint: manipulator.spacecraft.centre_of_mass_to_joint_m,
+    };
+    let links = links.each_ref().map(|link| SpaceLink {
+        mass: link.mass_kg,
+        inertia: link.inertia_kg_m2,
+        joint_to_centre_of_mass: link.joint_to_centre_of_mass_m,
+        centre_of_mass_to_joint: link.centre_of_mass_to_joint_m,
+    });
+    PlanarSpaceManipulator::new(spacecraft, links)
+        .map_err(|error| check.refuse("space_manipulator", error, "what a rigid body can have"))
+}
+
+fn plant(plant: &file::Plant, check: &Checker<'_>) -> Result<UarmPlantParameters, RobotError> {
+    UarmPlantParameters::new(UarmImperfections {
+        viscous_friction: plant.viscous_friction_nm_s,
+        coulomb_friction: plant.coulomb_friction_nm,
+        base_inertia_scale: plant.base_inertia_scale,
+        link_inertia_scale: plant.link_scale,
+        gain: plant.torque_gain,
+        tilt: plant.tilt_m_per_s2,
+    })
+    .map_err(|error| check.refuse(format!("plant ({})", error.name), error.found, error.expected))
+}

@@ -1,0 +1,49 @@
+//! The experiment's motion: checked.
+
+use hinf_control::QuinticReference;
+use nalgebra::Vector2;
+
+use super::error::{Checker, RobotError};
+use super::file;
+
+/// The motion of an experiment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Task {
+    /// The quintic from start to end (paper eq. 47), which holds its end afterwards.
+    pub reference: QuinticReference<f64>,
+    /// How long the end is held, s.
+    pub hold: f64,
+    /// How far from the start a run may begin, rad.
+    pub start_tolerance: f64,
+}
+
+/// The longest motion and the longest hold, s: an hour keeps every counter of a run far from its end.
+const LONGEST: f64 = 3600.0;
+
+impl Task {
+    pub(super) fn check(task: &file::Task, check: &Checker<'_>) -> Result<Self, RobotError> {
+        let radians = |field: &str, [joint_2, joint_3]: [f64; 2]| -> Result<Vector2<f64>, RobotError> {
+            Ok(Vector2::new(
+                check.within(&format!("task.{field}[0]"), joint_2, -360.0, 360.0)?.to_radians(),
+                check.within(&format!("task.{field}[1]"), joint_3, -360.0, 360.0)?.to_radians(),
+            ))
+        };
+        let start = radians("start_deg", task.start_deg)?;
+        let end = radians("end_deg", task.end_deg)?;
+        let duration = check.within("task.duration_s", task.duration_s, 0.1, LONGEST)?;
+        let reference = QuinticReference::new(start, end, duration)
+            .map_err(|error| check.refuse("task", format!("{start:?} to {end:?}"), error.to_string()))?;
+        Ok(Self {
+            reference,
+            hold: check.within("task.hold_s", task.hold_s, 0.0, LONGEST)?,
+            start_tolerance: check
+                .within("task.start_tolerance_deg", task.start_tolerance_deg, 0.0, 90.0)?
+                .to_radians(),
+        })
+    }
+
+    /// How long a run takes, s.
+    pub fn duration(&self) -> f64 {
+        self.reference.duration() + self.hold
+    }
+}
