@@ -140,7 +140,8 @@ impl ControlLoop<'_> {
         schedule: &Schedule,
     ) -> Result<CycleRecord, LoopFault<L::Error>> {
         let sync_sent = drives.sync()?;
-        let feedback = drives.collect(schedule.due(tick.index.saturating_add(1)))?;
+        // Counted from SYNC, so that a late wake-up is an overrun and not a silent drive.
+        let feedback = drives.collect(sync_sent + schedule.period().duration())?;
         let counts_in = clock.now();
 
         let (time, period) = self.task_clock.advance(tick, sync_sent, schedule.period());
@@ -150,7 +151,9 @@ impl ControlLoop<'_> {
         self.guard.check(time, &estimate, &reference)?;
 
         let command = self.controller.update(&measurement, &reference, period);
-        let torque = self.torque.prepare(command.torque, time, period)?;
+        // The first cycle's period is zero, but its torque, too, has a period to rise in.
+        let rise_time = period.max(schedule.period().seconds(1));
+        let torque = self.torque.prepare(command.torque, time, rise_time)?;
         self.controller.limited(torque.limited.limited);
         let torque_out = drives.send_torques(torque.sent)?;
 

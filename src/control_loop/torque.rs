@@ -42,12 +42,12 @@ pub struct PreparedTorque {
 }
 
 impl TorqueStage {
-    /// Prepares the torques of one cycle at task time `time`, `period` seconds after the last.
+    /// Prepares the torques of one cycle at task time `time`. They have had `rise_time` seconds to change in.
     ///
     /// # Errors
     /// [`TorqueError`] if a torque is no number; no law of this workspace gives one.
-    pub fn prepare(&mut self, torque: Vector2<f64>, time: f64, period: f64) -> Result<PreparedTorque, TorqueError> {
-        let limited = self.limiter.limit(torque, period);
+    pub fn prepare(&mut self, torque: Vector2<f64>, time: f64, rise_time: f64) -> Result<PreparedTorque, TorqueError> {
+        let limited = self.limiter.limit(torque, rise_time);
         let task_time = Duration::try_from_secs_f64(time).unwrap_or(Duration::ZERO);
         let disturbance = self.disturbance.torque(task_time, 0.0);
         let disturbance = Vector2::new(disturbance.y, disturbance.z);
