@@ -1,0 +1,165 @@
+//! The binary as its users run it.
+
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+fn uarm(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_uarm")).args(arguments).output().unwrap()
+}
+
+fn standard_output(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn standard_error(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap_or_else(|| panic!("{}", standard_error(output)))
+}
+
+/// A file of this test run, gone with the build folder.
+fn scratch(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+#[test]
+fn run_reports_the_indices_beside_the_papers() {
+    let output = uarm(&["run", "--virtual-time"]);
+    assert_eq!(code(&output), 0, "{}", standard_error(&output));
+    let report = standard_output(&output);
+    for part in ["completed", "L2", "paper 0.0778", "E (N m s)", "paper 0.1419", "wake-up", "verdict", "base drift"] {
+        assert!(report.contains(part), "{part}: {report}");
+    }
+    let announcement = standard_error(&output);
+    assert!(announcement.contains("torque +-0.2 N m"), "limits stand before motion: {announcement}");
+}
+
+#[test]
+fn run_as_json_has_nothing_else_on_standard_output() {
+    let output = uarm(&["run", "--virtual-time", "--json", "--repeat", "2", "--controller", "adaptive"]);
+    let reports: serde_json::Value = serde_json::from_str(&standard_output(&output)).unwrap();
+    assert_eq!(reports.as_array().unwrap().len(), 2);
+    assert_eq!(reports[0], reports[1], "virtual time repeats itself to the bit");
+    assert_eq!(reports[0]["controller"], "adaptive");
+    assert_eq!(reports[0]["timing"]["cycles"], 1167);
+    assert_eq!(reports[0]["timing"]["missed_deadlines"], 0);
+}
+
+#[test]
+fn every_plant_and_law_runs() {
+    for plant in ["uarm", "ideal", "space"] {
+        for law in hinf_control::Law::ALL {
+            let output = uarm(&["run", "--virtual-time", "--plant", plant, "--controller", law.name()]);
+            assert_eq!(code(&output), 0, "{plant}, {}: {}", law.name(), standard_error(&output));
+        }
+    }
+}
+
+#[test]
+fn traces_are_the_same_bytes_each_time_and_hold_every_cycle() {
+    let trace = |name: &str| {
+        let path = scratch(name);
+        let output = uarm(&["run", "--virtual-time", "--controller", "fuzzy", "--trace", path.to_str().unwrap()]);
+        assert_eq!(code(&output), 0, "{}", standard_error(&output));
+        std::fs::read_to_string(path).unwrap()
+    };
+    let first = trace("first.csv");
+    assert_eq!(first, trace("second.csv"));
+    assert_eq!(first.lines().count(), 1 + 1_167);
+    let columns = first.lines().next().unwrap().split(',').count();
+    assert!(first.lines().all(|line| line.split(',').count() == columns));
+    assert!(first.lines().next().unwrap().contains("phi_54"));
+}
+
+#[test]
+fn a_real_time_run_is_interrupted_cleanly() {
+    let running = Command::new(env!("CARGO_BIN_EXE_uarm"))
+        .args(["run", "--rt", "off", "--hold", "60s"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(800));
+    let pid = rustix::process::Pid::from_child(&running);
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
+    let output = running.wait_with_output().unwrap();
+    assert_eq!(code(&output), 1);
+    let report = standard_output(&output);
+    assert!(report.contains("interrupted; all drives confirmed power off, brakes closed"), "{report}");
+    assert!(report.contains("cycles of 3 ms"), "the summary follows: {report}");
+}
+
+#[test]
+fn map_turns_table_1_into_table_2() {
+    let report = standard_output(&uarm(&["map"]));
+    for number in ["free", "0.850129", "0.624954", "0.203075", "0.203189", "0.202982", "0.0963200", "0.0769817"] {
+        assert!(report.contains(number), "{number}: {report}");
+    }
+    let rows: serde_json::Value = serde_json::from_str(&standard_output(&uarm(&["map", "--json"]))).unwrap();
+    assert_eq!(rows[0]["mass_kg"], serde_json::Value::Null);
+    assert_eq!(rows.as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn map_takes_any_manipulator_and_refuses_what_is_none() {
+    let path = scratch("manipulator.toml");
+    let link = "{ mass_kg = 1.0, inertia_kg_m2 = 0.1, joint_to_centre_of_mass_m = 0.5, centre_of_mass_to_joint_m = 0.5 }";
+    let text = |links: &str| {
+        format!(
+            "[space_manipulator]\nspacecraft = {{ mass_kg = 10.0, inertia_kg_m2 = 1.0, centre_of_mass_to_joint_m = 0.5 }}\n\
+             links = [{links}]\n"
+        )
+    };
+    std::fs::write(&path, text(&vec![link; 5].join(", "))).unwrap();
+    let output = uarm(&["map", "--json", path.to_str().unwrap()]);
+    let rows: serde_json::Value = serde_json::from_str(&standard_output(&output)).unwrap();
+    assert_eq!(rows.as_array().unwrap().len(), 6);
+
+    std::fs::write(&path, text(&link.replace("1.0,", "-1.0,"))).unwrap();
+    let output = uarm(&["map", path.to_str().unwrap()]);
+    assert_eq!(code(&output), 1);
+    let message = standard_error(&output);
+    assert!(message.contains("manipulator.toml") && message.contains("mass") && message.contains("-1"), "{message}");
+}
+
+#[test]
+fn wrong_usage_is_exit_code_2_and_names_what_there_is() {
+    for arguments in [
+        &["run", "--controller", "magic"][..],
+        &["run", "--can", "vcan0", "--virtual-time"],
+        &["run", "--period", "fast"],
+        &["plant"],
+        &["walk"],
+    ] {
+        assert_eq!(code(&uarm(arguments)), 2, "{arguments:?}");
+    }
+    assert!(standard_error(&uarm(&["run", "--controller", "magic"])).contains("neural-model"));
+}
+
+#[test]
+fn what_cannot_be_is_exit_code_1_and_says_why() {
+    for (arguments, part) in [
+        (&["run", "--virtual-time", "--period", "1s"][..], "control.period_us"),
+        (&["run", "--virtual-time", "--controller", "neural", "--base-acceleration", "reduced"], "--base-acceleration"),
+        (&["run", "--virtual-time", "--robot", "no/such.toml"], "no/such.toml"),
+        (&["run", "--virtual-time", "--trace", "no/such/folder/trace.csv"], "no/such/folder/trace.csv"),
+        (&["run", "--can", "nosuchcan0"], "nosuchcan0"),
+        (&["plant", "--can", "nosuchcan0"], "nosuchcan0"),
+    ] {
+        let output = uarm(arguments);
+        assert_eq!(code(&output), 1, "{arguments:?}");
+        assert!(standard_error(&output).contains(part), "{arguments:?}: {}", standard_error(&output));
+    }
+}
+
+#[test]
+fn help_version_and_completions_are_there() {
+    assert!(standard_output(&uarm(&["--version"])).contains("commit"));
+    assert!(standard_output(&uarm(&["run", "--help"])).contains("uarm run --can can0"));
+    assert!(standard_output(&uarm(&["--help"])).contains("3 finished with a loss"));
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(standard_output(&uarm(&["completions", shell])).contains("virtual-time"), "{shell}");
+    }
+}

@@ -1,0 +1,114 @@
+//! Bad robot files: the error names the file, the field, the value and what was expected.
+
+use std::path::Path;
+
+use proptest::prelude::*;
+use uarm::robot::overrides::Overrides;
+use uarm::robot::{EMBEDDED, Robot};
+
+fn error_of(text: &str) -> String {
+    let parsed = Robot::parse(Path::new("test.toml"), text, &Overrides::default());
+    let message = parsed.map(|_| ()).expect_err("the file is wrong").to_string();
+    assert!(message.starts_with("test.toml"), "the message names the file: {message}");
+    message
+}
+
+/// The built-in file with one piece of text replaced.
+fn changed(from: &str, to: &str) -> String {
+    assert!(EMBEDDED.contains(from), "the robot file has {from:?}");
+    EMBEDDED.replacen(from, to, 1)
+}
+
+fn refuses(from: &str, to: &str, names: &[&str]) {
+    let message = error_of(&changed(from, to));
+    for name in names {
+        assert!(message.contains(name), "{to:?}: the message names {name:?}: {message}");
+    }
+}
+
+#[test]
+fn the_built_in_robot_is_the_papers() {
+    let robot = Robot::load(None).unwrap();
+    assert_eq!(robot.name, "UARM");
+    assert_eq!(robot.model, dem_model::ThreeLinkDem::table_2());
+    assert_eq!(robot.space_manipulator, dem_model::planar::PlanarSpaceManipulator::table_1());
+    assert_eq!(robot.period.seconds(1), 0.003);
+    assert_eq!(robot.plant, sim::UarmPlantParameters::fitted());
+}
+
+#[test]
+fn the_weights_are_table_3() {
+    use hinf_control::{Law, WeightReading, Weights};
+    let robot = Robot::load(None).unwrap();
+    for law in Law::PAPER {
+        let weights = uarm::robot::control::weights(&robot.file.controllers, law);
+        assert_eq!(weights, Weights::table_3(law, WeightReading::Blocks), "{}", law.name());
+        let z = uarm::robot::control::adaptation_weight(&robot.file.controllers, law);
+        assert_eq!(z, law.published_adaptation_weight(), "{}", law.name());
+    }
+}
+
+#[test]
+fn unknown_and_missing_fields_are_named() {
+    refuses("period_us = 3000", "period_us = 3000\nperiod_ms = 3", &["period_ms", "period_us"]);
+    refuses("length_m = 0.203 }", "length_mm = 203.0 }", &["length_mm", "length_m"]);
+    refuses("[controllers.adaptive]\nq1 = [0.64, 0.64]\n", "[controllers.adaptive]\n", &["q1", "missing"]);
+    refuses("hold_s = 0.5", "", &["hold_s", "missing"]);
+}
+
+#[test]
+fn values_out_of_range_are_named_with_what_was_expected() {
+    refuses("period_us = 3000", "period_us = 20", &["control.period_us", "20", "100 to 100000"]);
+    refuses("node = 2", "node = 1", &["joints[1].node", "1", "no other joint"]);
+    refuses("node = 3", "node = 127", &["joints[2].node", "127", "1 to 126"]);
+    refuses("counter_bits = 32", "counter_bits = 33", &["joints[0].encoder.counter_bits", "33", "8 to 32"]);
+    refuses("counts_per_revolution = 33739", "counts_per_revolution = 0", &["counts_per_revolution", "0"]);
+    refuses("role = \"active\"", "role = \"passive\"", &["joints[1].role", "Passive", "active"]);
+    refuses("{ torque_nm = 0.2,", "{ torque_nm = -0.2,", &["joints[1].limits.torque_nm", "-0.2", "above 0"]);
+    refuses("rated_torque_nm = 0.2,", "rated_torque_nm = 0.0002,", &["rated_torque_nm", "0.0002", "whole number"]);
+    refuses("bitrate_hz = 1000000", "bitrate_hz = 123", &["bus.bitrate_hz", "123", "1000000"]);
+    refuses("mass_kg = 0.850", "mass_kg = -0.850", &["link 2", "mass", "-0.85"]);
+    refuses("duration_s = 3.0", "duration_s = nan", &["task.duration_s", "NaN"]);
+    refuses("torque_gain = 1.0022", "torque_gain = 0.0", &["plant", "gain", "0"]);
+    refuses("cutoff_rad_per_s = 27.81882", "cutoff_rad_per_s = -1.0", &["estimator", "-1"]);
+    refuses("kind = \"low-pass\"", "kind = \"high-pass\"", &["high-pass", "low-pass"]);
+    refuses("schema = 1", "schema = 2", &["schema", "2", "1"]);
+}
+
+#[test]
+fn weights_without_a_solution_are_refused_with_the_reason() {
+    refuses("r = [0.9, 2.5]", "r = [0.9, 4.5]", &["controllers.nonlinear"]);
+    refuses("q1 = [0.64, 0.64]", "q1 = [[0.64, 0.1], [0.2, 0.64]]", &["controllers.nonlinear"]);
+    refuses("q1 = [0.64, 0.64]", "q1 = \"large\"", &["q1", "[a, b]"]);
+}
+
+#[test]
+fn a_cycle_that_does_not_fit_the_bus_is_refused() {
+    let slow = changed("bitrate_hz = 1000000", "bitrate_hz = 125000");
+    let message = error_of(&slow);
+    assert!(message.contains("control.period_us") && message.contains("125000 bit/s"), "{message}");
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let message = Robot::load(Some(Path::new("no/such/robot.toml"))).map(|_| ()).unwrap_err().to_string();
+    assert!(message.contains("no/such/robot.toml"), "{message}");
+}
+
+proptest! {
+    /// Whatever stands in the file, it is parsed or refused.
+    #[test]
+    fn no_text_panics(text in ".{0,400}") {
+        let _ = Robot::parse(Path::new("fuzz.toml"), &text, &Overrides::default());
+    }
+
+    /// The built-in file with one byte changed.
+    #[test]
+    fn no_mutation_panics(position in 0..EMBEDDED.len(), byte in 0x20_u8..0x7F) {
+        let mut bytes = EMBEDDED.as_bytes().to_vec();
+        bytes[position] = byte;
+        if let Ok(text) = String::from_utf8(bytes) {
+            let _ = Robot::parse(Path::new("fuzz.toml"), &text, &Overrides::default());
+        }
+    }
+}
