@@ -1,11 +1,9 @@
 //! M and C three ways that share no code: closed form, sums over Jacobians, and the kinetic energy differentiated
 //! automatically.
 
-mod common;
-
-use common::assert_close;
-use common::hyper_dual::HyperDual;
-use common::random::{angles, planar_dem, signals};
+use crate::common::assert_close;
+use crate::common::hyper_dual::HyperDual;
+use crate::common::random::{angles, planar_dem, signals};
 use dem_model::planar::PlanarDem;
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;

@@ -1,8 +1,6 @@
 //! The published vectors: M, C, q̈ of Table 2, the DEM map, the reduced dynamics.
 
-mod common;
-
-use common::{assert_close, numbers, vectors};
+use crate::common::{assert_close, numbers, vectors};
 use dem_model::planar::{PlanarDem, PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
 use dem_model::{ThreeLinkDem, spatial};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
