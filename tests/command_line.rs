@@ -105,7 +105,8 @@ fn map_turns_table_1_into_table_2() {
 #[test]
 fn map_takes_any_manipulator_and_refuses_what_is_none() {
     let path = scratch("manipulator.toml");
-    let link = "{ mass_kg = 1.0, inertia_kg_m2 = 0.1, joint_to_centre_of_mass_m = 0.5, centre_of_mass_to_joint_m = 0.5 }";
+    let link =
+        "{ mass_kg = 1.0, inertia_kg_m2 = 0.1, joint_to_centre_of_mass_m = 0.5, centre_of_mass_to_joint_m = 0.5 }";
     let text = |links: &str| {
         format!(
             "[space_manipulator]\nspacecraft = {{ mass_kg = 10.0, inertia_kg_m2 = 1.0, centre_of_mass_to_joint_m = 0.5 }}\n\

@@ -71,7 +71,7 @@ fn values_out_of_range_are_named_with_what_was_expected() {
     refuses("duration_s = 3.0", "duration_s = nan", &["task.duration_s", "NaN"]);
     refuses("torque_gain = 1.0022", "torque_gain = 0.0", &["plant", "gain", "0"]);
     refuses("cutoff_rad_per_s = 27.81882", "cutoff_rad_per_s = -1.0", &["estimator", "-1"]);
-    refuses("kind = \"low-pass\"", "kind = \"high-pass\"", &["high-pass", "low-pass"]);
+    refuses("\nkind = \"low-pass\"", "\nkind = \"high-pass\"", &["high-pass", "low-pass"]);
     refuses("schema = 1", "schema = 2", &["schema", "2", "1"]);
 }
 
