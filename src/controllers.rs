@@ -1,120 +1,54 @@
-//! From names and robot files to laws. A new law is registered in [`Law`] and built in [`build`], nowhere else.
+//! From names and robot files to laws: what the file chooses, for the register of laws in `hinf-control`.
 
 use anyhow::Context;
-use dem_model::REGRESSOR_PARAMETERS;
-use hinf_control::adaptation::{Adaptation, AntiWindup, Ball, ScalarWeight};
+use hinf_control::adaptation::AntiWindup;
 use hinf_control::{
-    Adaptive, AdaptiveBaseAcceleration, BaseAcceleration, Controller, FUZZY_PARAMETERS, Firing, Fuzzy, FuzzyModel,
-    FuzzySets, FuzzySystem, Law, NETWORK_PARAMETERS, Neural, NeuralModel, NominalForm, NominalModel,
-    NonlinearHInfinity, PdComputedTorque, PdGains, Synthesis, TanhNetworks,
+    AdaptationWeights, AnyController, BaseAcceleration, ControllerOptions, FUZZY_PARAMETERS, Firing, FuzzySets,
+    FuzzySystem, Law, NETWORK_PARAMETERS, NominalForm, ParameterLimits,
 };
-use nalgebra::{Matrix2, SVector, Vector2};
 
 use crate::robot::Robot;
-use crate::robot::control::weights;
-use crate::robot::file::{self, BaseAccelerationMode, ModelForm};
-
-/// A law, whichever it is.
-pub type BoxedController = Box<dyn Controller<f64> + Send>;
+use crate::robot::control::{adaptation_bound, adaptation_weight, weights};
+use crate::robot::file::{self, BaseAccelerationMode, Controllers, ModelForm};
 
 /// What keeps Φ from drifting. The laws as printed are pure integrators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum AdaptationGuard {
     /// As printed in the paper: nothing
     None,
-    /// Φ is projected onto a ball and stands still while the torque is limited: the default on hardware
+    /// Φ is kept in a box and stands still while the torque is limited: the default on hardware
     Bounded,
 }
 
-/// The law named `law` with the robot file's weights.
+/// The law with the robot file's weights and choices.
 ///
 /// # Errors
-/// If the weights allow no design; a checked robot file has only weights that do.
-pub fn build(law: Law, robot: &Robot, guard: AdaptationGuard) -> anyhow::Result<BoxedController> {
+/// If they allow no design; a checked robot file has only such that do.
+pub fn build(law: Law, robot: &Robot, guard: AdaptationGuard) -> anyhow::Result<AnyController<f64>> {
     let controllers = &robot.file.controllers;
-    let name = law.name();
-    let synthesis = Synthesis::new(&weights(controllers, law)).with_context(|| format!("controllers.{name}"))?;
-    let nominal = |form| NominalModel::new(robot.model, nominal_form(form));
-    Ok(match law {
-        Law::Nonlinear => {
-            let mode = base_acceleration(controllers.nonlinear.base_acceleration);
-            Box::new(NonlinearHInfinity::new(robot.model, synthesis, mode))
-        }
-        Law::Adaptive => {
-            let settings = &controllers.adaptive;
-            let initial: SVector<f64, REGRESSOR_PARAMETERS> = robot.model.regressor_parameters();
-            let adaptation = adaptation(initial, settings.z, settings.bound_radius, guard)?;
-            let mode = adaptive_base_acceleration(settings.base_acceleration)?;
-            Box::new(Adaptive::new(robot.model, synthesis, mode, adaptation))
-        }
-        Law::Neural => {
-            let settings = &controllers.neural;
-            let adaptation =
-                adaptation(SVector::<f64, NETWORK_PARAMETERS>::zeros(), settings.z, settings.bound_radius, guard)?;
-            Box::new(Neural::new(synthesis, TanhNetworks::paper(), adaptation))
-        }
-        Law::NeuralModel => {
-            let settings = &controllers.neural_model;
-            let adaptation =
-                adaptation(SVector::<f64, NETWORK_PARAMETERS>::zeros(), settings.z, settings.bound_radius, guard)?;
-            Box::new(NeuralModel::new(nominal(settings.model_form), synthesis, TanhNetworks::paper(), adaptation))
-        }
-        Law::Fuzzy => {
-            let settings = &controllers.fuzzy;
-            let adaptation =
-                adaptation(SVector::<f64, FUZZY_PARAMETERS>::zeros(), settings.z, settings.bound_radius, guard)?;
-            Box::new(Fuzzy::new(synthesis, fuzzy_system(robot, settings.firing), adaptation))
-        }
-        Law::FuzzyModel => {
-            let settings = &controllers.fuzzy_model;
-            let adaptation =
-                adaptation(SVector::<f64, FUZZY_PARAMETERS>::zeros(), settings.z, settings.bound_radius, guard)?;
-            let system = fuzzy_system(robot, settings.firing);
-            Box::new(FuzzyModel::new(nominal(settings.model_form), synthesis, system, adaptation))
-        }
-        Law::ComputedTorque => {
-            let settings = &controllers.computed_torque;
-            let diagonal = |[first, second]: [f64; 2]| Matrix2::from_diagonal(&Vector2::new(first, second));
-            let gains =
-                PdGains::new(diagonal(settings.proportional_nm_per_rad), diagonal(settings.derivative_nm_s_per_rad))
-                    .context("controllers.computed-torque")?;
-            Box::new(PdComputedTorque::new(nominal(settings.model_form), gains))
-        }
-    })
-}
-
-/// Adaptation from Φ(0) = `initial` with Z = zI. The guard's ball is centred there.
-fn adaptation<const P: usize>(
-    initial: SVector<f64, P>,
-    z: f64,
-    bound_radius: f64,
-    guard: AdaptationGuard,
-) -> anyhow::Result<Adaptation<f64, P>> {
-    let adaptation = Adaptation::new(initial, ScalarWeight::new(z)?)?;
-    Ok(match guard {
-        AdaptationGuard::None => adaptation,
-        AdaptationGuard::Bounded => adaptation
-            .projected_onto_ball(Ball::new(initial, bound_radius)?)?
-            .with_anti_windup(AntiWindup::FreezeWhileLimited),
-    })
-}
-
-fn fuzzy_system(robot: &Robot, firing: file::Firing) -> FuzzySystem<f64> {
-    let firing = match firing {
-        file::Firing::Minimum => Firing::Minimum,
-        file::Firing::Product => Firing::Product,
-    };
-    FuzzySystem::new(robot.fuzzy_sets.unwrap_or_else(FuzzySets::untrained), firing)
-}
-
-const fn nominal_form(form: ModelForm) -> NominalForm {
-    match form {
-        ModelForm::Paper => NominalForm::ActiveJoints,
-        ModelForm::Reduced => NominalForm::Reduced,
+    let mut options = ControllerOptions::paper(law);
+    options.base_acceleration = base_acceleration(controllers, law);
+    options.nominal_form = nominal_form(controllers, law);
+    if let Some(z) = adaptation_weight(controllers, law) {
+        options.adaptation_weights = AdaptationWeights::Scalar(z);
     }
+    options.fuzzy_system =
+        FuzzySystem::new(robot.fuzzy_sets.unwrap_or_else(FuzzySets::untrained), firing(controllers, law));
+    // A box, not a ball: clamping keeps inequality 12 for every diagonal Z and design (docs/theory.md, projection).
+    let (lower, upper) = parameter_box(robot, law);
+    if guard == AdaptationGuard::Bounded && !lower.is_empty() {
+        options.parameter_limits = ParameterLimits::Box { lower: &lower, upper: &upper };
+        options.anti_windup = AntiWindup::FreezeWhileLimited;
+    }
+    AnyController::new(law, robot.model, &weights(controllers, law), &options)
+        .with_context(|| format!("controllers.{}", law.name()))
 }
 
-const fn base_acceleration(mode: BaseAccelerationMode) -> BaseAcceleration {
+fn base_acceleration(controllers: &Controllers, law: Law) -> BaseAcceleration {
+    let mode = match law {
+        Law::Adaptive => controllers.adaptive.base_acceleration,
+        _ => controllers.nonlinear.base_acceleration,
+    };
     match mode {
         BaseAccelerationMode::Measured => BaseAcceleration::Measured,
         BaseAccelerationMode::Eliminated => BaseAcceleration::Eliminated,
@@ -124,13 +58,38 @@ const fn base_acceleration(mode: BaseAccelerationMode) -> BaseAcceleration {
     }
 }
 
-fn adaptive_base_acceleration(mode: BaseAccelerationMode) -> anyhow::Result<AdaptiveBaseAcceleration> {
-    Ok(match mode {
-        BaseAccelerationMode::Measured => AdaptiveBaseAcceleration::Measured,
-        BaseAccelerationMode::Eliminated => AdaptiveBaseAcceleration::Eliminated,
-        BaseAccelerationMode::Omitted => AdaptiveBaseAcceleration::Omitted,
-        BaseAccelerationMode::Reduced | BaseAccelerationMode::ReducedMomentum => {
-            anyhow::bail!("controllers.adaptive.base_acceleration: {mode:?}, expected measured, eliminated or omitted")
-        }
-    })
+fn nominal_form(controllers: &Controllers, law: Law) -> NominalForm {
+    let form = match law {
+        Law::NeuralModel => controllers.neural_model.model_form,
+        Law::FuzzyModel => controllers.fuzzy_model.model_form,
+        _ => controllers.computed_torque.model_form,
+    };
+    match form {
+        ModelForm::Paper => NominalForm::ActiveJoints,
+        ModelForm::Reduced => NominalForm::Reduced,
+    }
+}
+
+fn firing(controllers: &Controllers, law: Law) -> Firing {
+    let firing = match law {
+        Law::FuzzyModel => controllers.fuzzy_model.firing,
+        _ => controllers.fuzzy.firing,
+    };
+    match firing {
+        file::Firing::Minimum => Firing::Minimum,
+        file::Firing::Product => Firing::Product,
+    }
+}
+
+/// The corners of the box that the guard keeps Φ in, around where it starts; empty for a law that does not adapt.
+fn parameter_box(robot: &Robot, law: Law) -> (Vec<f64>, Vec<f64>) {
+    let start = match law {
+        Law::Nonlinear | Law::ComputedTorque => Vec::new(),
+        Law::Adaptive => robot.model.regressor_parameters().as_slice().to_vec(),
+        Law::Neural | Law::NeuralModel => vec![0.0; NETWORK_PARAMETERS],
+        Law::Fuzzy | Law::FuzzyModel => vec![0.0; FUZZY_PARAMETERS],
+    };
+    let bound = adaptation_bound(&robot.file.controllers, law).unwrap_or_default();
+    let corner = |distance: f64| start.iter().map(|value| value + distance).collect();
+    (corner(-bound), corner(bound))
 }

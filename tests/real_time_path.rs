@@ -40,7 +40,7 @@ fn run_watched(law: Law, guard: AdaptationGuard) {
     let mut control_loop = ControlLoop {
         estimation: Estimation::new(robot.joints.each_ref().map(|joint| (joint.encoder, joint.estimator))),
         reference: robot.task.reference,
-        controller: &mut *controller,
+        controller: &mut controller,
         torque: TorqueStage {
             limiter: TorqueLimiter::new(limits),
             scales: robot.joints.each_ref().map(|joint| joint.torque_scale),

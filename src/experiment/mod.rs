@@ -104,7 +104,7 @@ where
     let mut control_loop = ControlLoop {
         estimation: Estimation::new(robot.joints.each_ref().map(|joint| (joint.encoder, joint.estimator))),
         reference: robot.task.reference,
-        controller: &mut *controller,
+        controller: &mut controller,
         torque: torque_stage(robot, settings)?,
         guard: Guard {
             joints: robot.joints.each_ref().map(|joint| joint.limits),

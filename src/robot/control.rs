@@ -24,6 +24,9 @@ pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<(), RobotEr
         if let Some(z) = adaptation_weight(controllers, law) {
             check.positive(&format!("controllers.{name}.z"), z)?;
         }
+        if let Some(bound) = adaptation_bound(controllers, law) {
+            check.positive(&format!("controllers.{name}.bound"), bound)?;
+        }
     }
     if matches!(
         controllers.adaptive.base_acceleration,
@@ -34,14 +37,6 @@ pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<(), RobotEr
             "a reduced form",
             "measured, eliminated or omitted: the reduced inertia is not linear in the adapted parameters",
         ));
-    }
-    for (field, gains) in [
-        ("proportional_nm_per_rad", controllers.computed_torque.proportional_nm_per_rad),
-        ("derivative_nm_s_per_rad", controllers.computed_torque.derivative_nm_s_per_rad),
-    ] {
-        for (index, gain) in gains.into_iter().enumerate() {
-            check.positive(&format!("controllers.computed-torque.{field}[{index}]"), gain)?;
-        }
     }
     Ok(())
 }
@@ -78,6 +73,19 @@ pub const fn adaptation_weight(controllers: &Controllers, law: Law) -> Option<f6
         Law::NeuralModel => Some(controllers.neural_model.z),
         Law::Fuzzy => Some(controllers.fuzzy.z),
         Law::FuzzyModel => Some(controllers.fuzzy_model.z),
+    }
+}
+
+/// How far each adapted parameter may go from its start when the adaptation is bounded; `None` for a law that does not
+/// adapt.
+pub const fn adaptation_bound(controllers: &Controllers, law: Law) -> Option<f64> {
+    match law {
+        Law::Nonlinear | Law::ComputedTorque => None,
+        Law::Adaptive => Some(controllers.adaptive.bound),
+        Law::Neural => Some(controllers.neural.bound),
+        Law::NeuralModel => Some(controllers.neural_model.bound),
+        Law::Fuzzy => Some(controllers.fuzzy.bound),
+        Law::FuzzyModel => Some(controllers.fuzzy_model.bound),
     }
 }
 

@@ -254,7 +254,7 @@ pub struct Adaptive {
     pub q1: Weight,
     pub q2: Weight,
     pub z: f64,
-    pub bound_radius: f64,
+    pub bound: f64,
     pub base_acceleration: BaseAccelerationMode,
 }
 
@@ -264,7 +264,7 @@ pub struct Neural {
     pub q1: Weight,
     pub q2: Weight,
     pub z: f64,
-    pub bound_radius: f64,
+    pub bound: f64,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -273,7 +273,7 @@ pub struct NeuralModel {
     pub q1: Weight,
     pub q2: Weight,
     pub z: f64,
-    pub bound_radius: f64,
+    pub bound: f64,
     pub model_form: ModelForm,
 }
 
@@ -283,7 +283,7 @@ pub struct Fuzzy {
     pub q1: Weight,
     pub q2: Weight,
     pub z: f64,
-    pub bound_radius: f64,
+    pub bound: f64,
     pub firing: Firing,
 }
 
@@ -293,7 +293,7 @@ pub struct FuzzyModel {
     pub q1: Weight,
     pub q2: Weight,
     pub z: f64,
-    pub bound_radius: f64,
+    pub bound: f64,
     pub firing: Firing,
     pub model_form: ModelForm,
 }
@@ -301,8 +301,6 @@ pub struct FuzzyModel {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ComputedTorque {
-    pub proportional_nm_per_rad: [f64; 2],
-    pub derivative_nm_s_per_rad: [f64; 2],
     pub model_form: ModelForm,
 }
 
