@@ -29,7 +29,7 @@ fn run_reports_the_indices_beside_the_papers() {
     let output = uarm(&["run", "--virtual-time"]);
     assert_eq!(code(&output), 0, "{}", standard_error(&output));
     let report = standard_output(&output);
-    for part in ["completed", "L2", "paper 0.0778", "E (N m s)", "paper 0.1419", "wake-up", "verdict", "base drift"] {
+    for part in ["completed", "L2", "paper 0.0778", "E (N m s)", "paper 0.1419", "virtual time", "base drift"] {
         assert!(report.contains(part), "{part}: {report}");
     }
     let announcement = standard_error(&output);
@@ -88,7 +88,9 @@ fn a_real_time_run_is_interrupted_cleanly() {
     assert_eq!(code(&output), 1);
     let report = standard_output(&output);
     assert!(report.contains("interrupted; all drives confirmed power off, brakes closed"), "{report}");
-    assert!(report.contains("cycles of 3 ms"), "the summary follows: {report}");
+    for part in ["cycles of 3 ms", "wake-up", "p99.9", "verdict"] {
+        assert!(report.contains(part), "the summary follows, with {part}: {report}");
+    }
 }
 
 #[test]

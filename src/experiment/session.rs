@@ -15,7 +15,7 @@ use uarm_io::monotonic::MonotonicClock;
 use uarm_io::realtime::{Priority, Processor, RealtimePolicy, RealtimeSettings, RealtimeThread};
 use uarm_io::time::Clock;
 
-use super::report::{BusReport, Indices, RunReport};
+use super::report::{BusReport, ClockKind, Indices, RunReport};
 use super::{Finished, Settings, embedded, hardware};
 use crate::commands::run::{PlantChoice, RealtimeChoice};
 use crate::control_loop::LoopEnd;
@@ -222,6 +222,10 @@ impl Session {
             Place::EmbeddedReal(plant) => format!("embedded {}", plant_name(*plant)),
             Place::EmbeddedVirtual(plant) => format!("embedded {}, virtual time", plant_name(*plant)),
         };
+        let clock = match self.place {
+            Place::EmbeddedVirtual(_) => ClockKind::Virtual,
+            Place::EmbeddedReal(_) | Place::Interface(_) => ClockKind::Monotonic,
+        };
         let bus = robot.bus.time;
         RunReport {
             robot: robot.name.clone(),
@@ -236,7 +240,8 @@ impl Session {
             base_drift_deg: outcome.base_drift.to_degrees(),
             limited_cycles: outcome.limited_cycles,
             timing: outcome.timing,
-            timing_verdict: outcome.timing.verdict(),
+            clock,
+            timing_verdict: (clock == ClockKind::Monotonic).then(|| outcome.timing.verdict()),
             bus: BusReport { time_per_cycle_us: bus.cyclic.as_secs_f64() * 1e6, load: bus.load },
             records_dropped: 0,
             losses: Vec::new(),
