@@ -6,6 +6,7 @@ reads the drives. Each check prints one line; the last line counts them. Usage: 
 
 import logging
 import sys
+import threading
 import time
 
 import canopen
@@ -45,9 +46,11 @@ def expect_abort(what, code, access):
 
 
 def boot(node):
+    # wait_for_bootup() of the library begins to listen after the command, and misses a drive that answers at once.
+    booted = threading.Event()
+    node.nmt.add_heartbeat_callback(lambda state: booted.set() if state == 0 else None)
     node.nmt.state = "RESET"
-    node.nmt.wait_for_bootup(PATIENCE)
-    check(f"node {node.id} boots", True)
+    check(f"node {node.id} boots", booted.wait(PATIENCE))
     node.sdo[0x1017].raw = 20
     state = node.nmt.wait_for_heartbeat(PATIENCE)
     check(f"node {node.id} sends heartbeats", state == "PRE-OPERATIONAL", state)
