@@ -1,0 +1,212 @@
+//! However a run ends, it ends with torque 0, quick stop, power off and NMT stop on the wire, and every brake closed.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex};
+
+use hinf_control::Law;
+use sim::{Brake, Disturbance, DriveFault, InProcessError, InProcessLink, Joint, VirtualClock};
+use uarm::commands::run::PlantChoice;
+use uarm::control_loop::LoopEnd;
+use uarm::control_loop::progress::Progress;
+use uarm::control_loop::record::{CycleRecord, NoRecorder, Recorder};
+use uarm::control_loop::schedule::OverrunPolicy;
+use uarm::control_loop::task_clock::PeriodSource;
+use uarm::control_loop::torque::DisturbanceSite;
+use uarm::controllers::AdaptationGuard;
+use uarm::experiment::embedded::{self, EmbeddedPlant};
+use uarm::experiment::{self, Finished, Settings};
+use uarm::robot::Robot;
+use uarm::signals::StopRequest;
+use uarm_io::drive::wire::Channel;
+use uarm_io::frame::Frame;
+use uarm_io::link::{Link, Received};
+use uarm_io::time::Instant;
+
+/// SYNCs before something happens: well inside the motion.
+const IN_MOTION: usize = 400;
+
+/// What a test sees of the other end of the link.
+#[derive(Default)]
+struct Seen {
+    sent: Vec<Frame>,
+    syncs: usize,
+    brakes: Option<[Brake; 3]>,
+}
+
+/// A link that lets something happen in the midst of the motion, and shows what is sent.
+struct Witness<F> {
+    link: InProcessLink<EmbeddedPlant, VirtualClock>,
+    seen: Arc<Mutex<Seen>>,
+    in_motion: F,
+}
+
+impl<F: FnMut(&mut InProcessLink<EmbeddedPlant, VirtualClock>)> Link for Witness<F> {
+    type Error = InProcessError;
+
+    fn send(&mut self, frame: &Frame) -> Result<Instant, InProcessError> {
+        let mut seen = self.seen.lock().unwrap();
+        seen.sent.push(*frame);
+        if Channel::of(frame.id()) == Some(Channel::Sync) {
+            seen.syncs += 1;
+            if seen.syncs == IN_MOTION {
+                (self.in_motion)(&mut self.link);
+            }
+        }
+        let sent = self.link.send(frame);
+        seen.brakes = Some(self.link.robot().brakes());
+        sent
+    }
+
+    fn receive(&mut self, deadline: Instant) -> Result<Option<Received>, InProcessError> {
+        let received = self.link.receive(deadline);
+        self.seen.lock().unwrap().brakes = Some(self.link.robot().brakes());
+        received
+    }
+}
+
+fn settings() -> Settings {
+    Settings {
+        law: Law::Nonlinear,
+        guard: AdaptationGuard::None,
+        overrun: OverrunPolicy::Skip,
+        period_source: PeriodSource::Scheduled,
+        disturbance: Disturbance::Paper,
+        disturbance_site: DisturbanceSite::Plant,
+    }
+}
+
+/// Runs an experiment in which `in_motion` happens.
+fn run(
+    robot: &Robot,
+    recorder: impl Recorder,
+    stop: &StopRequest,
+    in_motion: impl FnMut(&mut InProcessLink<EmbeddedPlant, VirtualClock>),
+) -> (std::thread::Result<Finished>, Seen) {
+    let mut clock = VirtualClock::default();
+    let link = embedded::link(robot, PlantChoice::Uarm, Disturbance::Paper, clock.clone()).unwrap();
+    let seen = Arc::new(Mutex::new(Seen::default()));
+    let witness = Witness { link, seen: Arc::clone(&seen), in_motion };
+    let progress = Progress::default();
+    let finished = catch_unwind(AssertUnwindSafe(|| {
+        experiment::run(robot, &settings(), witness, &mut clock, recorder, &progress, stop).unwrap().0
+    }));
+    let seen = Arc::into_inner(seen).unwrap().into_inner().unwrap();
+    (finished, seen)
+}
+
+/// What must be on the wire and at the joints in the end.
+fn assert_braked(seen: &Seen) {
+    assert!(seen.syncs >= IN_MOTION, "the robot was in motion");
+    assert_eq!(seen.brakes, Some([Brake::Engaged; 3]), "every brake is closed");
+    let after = seen.sent.iter().rposition(|frame| Channel::of(frame.id()) == Some(Channel::Sync)).unwrap();
+    let last_words = &seen.sent[after..];
+    for node in 1..=3_u8 {
+        let commands: Vec<_> = last_words
+            .iter()
+            .filter(|frame| matches!(Channel::of(frame.id()), Some(Channel::Rpdo1(of)) if of.raw() == node))
+            .map(|frame| frame.data().to_vec())
+            .collect();
+        // Controlword: bit 1 (enable voltage) set and bit 2 (quick stop, low active) clear; then bit 1 clear.
+        let quick_stop = commands.iter().position(|data| data[0] & 0b110 == 0b010).expect("a quick stop");
+        let power_off = commands.iter().position(|data| data[0] & 0b010 == 0).expect("power off");
+        assert!(quick_stop < power_off, "node {node}: quick stop comes first");
+        assert!(commands[quick_stop..].iter().all(|data| data[2..4] == [0, 0]), "node {node}: torque 0");
+    }
+    let nmt: Vec<_> = last_words.iter().filter(|frame| Channel::of(frame.id()) == Some(Channel::NmtCommand)).collect();
+    assert!(nmt.iter().any(|frame| frame.data()[0] == 0x02), "NMT stop: {nmt:?}");
+}
+
+fn failed_with(finished: std::thread::Result<Finished>, parts: &[&str]) {
+    let error = format!("{:#}", finished.unwrap().end.unwrap_err());
+    for part in parts {
+        assert!(error.contains(part), "{part:?} in {error:?}");
+    }
+}
+
+#[test]
+fn at_the_end_of_the_motion() {
+    let robot = Robot::load(None).unwrap();
+    let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |_| {});
+    let finished = finished.unwrap();
+    assert_eq!(finished.end.unwrap(), LoopEnd::Completed);
+    assert!(finished.stop.contains("all drives confirmed"), "{}", finished.stop);
+    assert_braked(&seen);
+}
+
+#[test]
+fn when_somebody_asks_for_it() {
+    let robot = Robot::load(None).unwrap();
+    let stop = StopRequest::default();
+    let (finished, seen) = run(&robot, NoRecorder, &stop, |_| stop.make());
+    assert_eq!(finished.unwrap().end.unwrap(), LoopEnd::Interrupted);
+    assert_braked(&seen);
+}
+
+#[test]
+fn when_the_loop_panics() {
+    struct Panics(usize);
+    impl Recorder for Panics {
+        fn record(&mut self, _record: &CycleRecord) {
+            self.0 += 1;
+            assert!(self.0 < IN_MOTION, "a bug in the loop");
+        }
+    }
+    let robot = Robot::load(None).unwrap();
+    let (finished, seen) = run(&robot, Panics(0), &StopRequest::default(), |_| {});
+    assert!(finished.is_err(), "the panic goes on after the brakes have closed");
+    assert_braked(&seen);
+}
+
+#[test]
+fn when_a_drive_reports_a_fault() {
+    let robot = Robot::load(None).unwrap();
+    let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |link| {
+        link.inject(Joint::Two, DriveFault::OverTemperature);
+    });
+    failed_with(finished, &["node 2"]);
+    assert_braked(&seen);
+}
+
+#[test]
+fn when_a_drive_loses_its_supply() {
+    let robot = Robot::load(None).unwrap();
+    let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |link| {
+        link.inject(Joint::Three, DriveFault::PowerLost);
+    });
+    failed_with(finished, &["node 3"]);
+    assert_braked(&seen);
+}
+
+#[test]
+fn when_an_encoder_jumps() {
+    let robot = Robot::load(None).unwrap();
+    let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |link| {
+        link.inject(Joint::Two, DriveFault::EncoderJump { counts: 5_000 });
+    });
+    failed_with(finished, &["joint 2", "counts"]);
+    assert_braked(&seen);
+}
+
+#[test]
+fn when_a_joint_leaves_its_limits() {
+    let mut robot = Robot::load(None).unwrap();
+    robot.joints[1].limits.position[1] = 25.0_f64.to_radians();
+    let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |_| {});
+    failed_with(finished, &["joint 2", "angle", "25.00 deg"]);
+    assert_eq!(seen.brakes, Some([Brake::Engaged; 3]));
+}
+
+#[test]
+fn when_the_joints_do_not_stand_at_the_start_nothing_moves() {
+    let mut robot = Robot::load(None).unwrap();
+    // The encoder is mounted five degrees off from what the controller believes.
+    robot.joints[2].encoder.zero += 469;
+    let plant = Robot::load(None).unwrap();
+    let mut clock = VirtualClock::default();
+    let link = embedded::link(&plant, PlantChoice::Uarm, Disturbance::None, clock.clone()).unwrap();
+    let (progress, stop) = (Progress::default(), StopRequest::default());
+    let (finished, _) = experiment::run(&robot, &settings(), link, &mut clock, NoRecorder, &progress, &stop).unwrap();
+    let error = format!("{:#}", finished.end.unwrap_err());
+    assert!(error.contains("joint 3") && error.contains("distance from the start"), "{error}");
+    assert_eq!(finished.outcome.peak_torque, [0.0; 2]);
+}
