@@ -87,7 +87,7 @@ fn duplicates_come_twice() {
 fn corruption_flips_one_bit() {
     let mut right = faulty(FaultRates::default(), 7);
     let mut wrong = faulty(FaultRates { corruption: 1.0, ..FaultRates::default() }, 7);
-    let mut feedback = |master: &mut Master<Faulty>| {
+    let feedback = |master: &mut Master<Faulty>| {
         master.send(uarm_io::drive::wire::sync_frame(1));
         master.listen(Duration::from_millis(1))
     };

@@ -146,7 +146,7 @@ mod tests {
         fn widths_agree_in_their_low_bits(angle in -500.0..500.0_f64, bits in 8_u8..=31) {
             let wide = encoder(32, CountingDirection::Up, 5).counts(angle);
             let narrow = encoder(bits, CountingDirection::Up, 5).counts(angle);
-            prop_assert_eq!((wide ^ narrow) & ((1 << bits) - 1), 0);
+            prop_assert_eq!(i64::from(wide ^ narrow) & ((1_i64 << bits) - 1), 0);
         }
     }
 }
