@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use hinf_control::Law;
 use sim::{Brake, Disturbance, DriveFault, InProcessError, InProcessLink, Joint, VirtualClock};
@@ -70,6 +71,7 @@ fn settings() -> Settings {
         guard: AdaptationGuard::None,
         overrun: OverrunPolicy::Skip,
         period_source: PeriodSource::Scheduled,
+        approach: None,
         disturbance: Disturbance::Paper,
         disturbance_site: DisturbanceSite::Plant,
     }
@@ -209,4 +211,15 @@ fn when_the_joints_do_not_stand_at_the_start_nothing_moves() {
     let error = format!("{:#}", finished.end.unwrap_err());
     assert!(error.contains("joint 3") && error.contains("distance from the start"), "{error}");
     assert_eq!(finished.outcome.peak_torque, [0.0; 2]);
+
+    // With an approach the same robot goes there first, and then does its task.
+    let mut clock = VirtualClock::default();
+    let link = embedded::link(&plant, PlantChoice::Uarm, Disturbance::None, clock.clone()).unwrap();
+    let settings = Settings { approach: Some(Duration::from_secs(5)), ..settings() };
+    let (finished, records) =
+        experiment::run(&robot, &settings, link, &mut clock, Vec::new(), &progress, &stop).unwrap();
+    assert_eq!(finished.end.unwrap(), LoopEnd::Completed);
+    assert_eq!(records.first().unwrap().time, -5.0);
+    // The tilted table has set the base swinging meanwhile, which controller 1 with an eliminated base feels.
+    assert!(finished.outcome.final_error.iter().all(|error| error.abs() < 0.05), "{:?}", finished.outcome);
 }

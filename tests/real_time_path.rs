@@ -39,7 +39,7 @@ fn run_watched(law: Law, guard: AdaptationGuard) {
     let limits = TorqueLimits::new(Vector2::new(0.2, 0.2)).unwrap();
     let mut control_loop = ControlLoop {
         estimation: Estimation::new(robot.joints.each_ref().map(|joint| (joint.encoder, joint.estimator))),
-        reference: robot.task.reference,
+        motion: robot.task.motion(),
         controller: &mut controller,
         torque: TorqueStage {
             limiter: TorqueLimiter::new(limits),
@@ -52,8 +52,7 @@ fn run_watched(law: Law, guard: AdaptationGuard) {
             tracking_error: robot.tracking_error_limit,
             start_tolerance: robot.task.start_tolerance,
         },
-        task_clock: TaskClock::new(PeriodSource::Scheduled),
-        duration: robot.task.duration(),
+        task_clock: TaskClock::new(PeriodSource::Scheduled, 0.0),
         indices: PerformanceIndices::new(),
         timing: TimingRecorder::new(robot.period.duration()),
         progress: &progress,

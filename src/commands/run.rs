@@ -51,6 +51,9 @@ pub struct Arguments {
     /// How long the end of the motion is held, such as 500ms or 60s, instead of the robot file's
     #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
     hold: Option<Duration>,
+    /// Go to the start of the motion first, from wherever the joints are, in this time, such as 5s
+    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    approach: Option<Duration>,
     /// How controllers 1 and 2 have the base acceleration, instead of the robot file's choice
     #[arg(long, value_enum, value_name = "MODE")]
     base_acceleration: Option<crate::robot::file::BaseAccelerationMode>,
@@ -154,6 +157,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         }),
         overrun: arguments.overrun,
         period_source: arguments.dt,
+        approach: arguments.approach,
         disturbance: disturbance(arguments),
         disturbance_site: arguments.disturbance_site.unwrap_or(match arguments.can {
             Some(_) => DisturbanceSite::Command,

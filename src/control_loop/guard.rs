@@ -46,7 +46,7 @@ impl fmt::Display for Quantity {
             Self::Position => "angle",
             Self::Rate => "rate",
             Self::TrackingError => "tracking error",
-            Self::StartError => "distance from the start of the motion",
+            Self::StartError => "distance from the start of the motion (--approach 5s would go there first)",
         })
     }
 }
@@ -72,11 +72,17 @@ pub struct LimitViolation {
 }
 
 impl Guard {
-    /// Checks one cycle.
+    /// Checks the cycle at task time `time` that comes `elapsed` ticks after its predecessor, 0 if it is the first.
     ///
     /// # Errors
     /// [`LimitViolation`] for the first limit that is passed.
-    pub fn check(&self, time: f64, estimate: &Estimate, reference: &Reference<f64>) -> Result<(), LimitViolation> {
+    pub fn check(
+        &self,
+        time: f64,
+        elapsed: u64,
+        estimate: &Estimate,
+        reference: &Reference<f64>,
+    ) -> Result<(), LimitViolation> {
         let within = |joint, quantity, found: f64, allowed: [f64; 2]| {
             let [least, most] = allowed;
             // Written so that NaN is outside.
@@ -90,10 +96,9 @@ impl Guard {
             within(index + 1, Quantity::Position, joint.position, limits.position)?;
             within(index + 1, Quantity::Rate, joint.rate, [-limits.rate, limits.rate])?;
         }
-        let (quantity, allowed) = if time > 0.0 {
-            (Quantity::TrackingError, self.tracking_error)
-        } else {
-            (Quantity::StartError, self.start_tolerance)
+        let (quantity, allowed) = match elapsed {
+            0 => (Quantity::StartError, self.start_tolerance),
+            _ => (Quantity::TrackingError, self.tracking_error),
         };
         let error: Vector2<f64> = estimate.measurement().position - reference.position;
         within(2, quantity, error.x, [-allowed, allowed])?;

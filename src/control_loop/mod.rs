@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`schedule`] | ticks, and what happens when one is late |
 //! | [`task_clock`] | what time and period the laws are told |
+//! | [`motion`] | the desired motion |
 //! | [`estimation`] | from counts to what the laws know of the robot |
 //! | [`guard`] | the limits of the robot, beyond which the run ends |
 //! | [`torque`] | from the law's torque to the drives': limits, per mille, injected disturbance |
@@ -20,6 +21,7 @@
 
 pub mod estimation;
 pub mod guard;
+pub mod motion;
 pub mod progress;
 pub mod record;
 pub mod schedule;
@@ -27,7 +29,7 @@ pub mod task_clock;
 pub mod timing;
 pub mod torque;
 
-use hinf_control::{Controller, PerformanceIndices, QuinticReference, TrackingError};
+use hinf_control::{Controller, PerformanceIndices, TrackingError};
 use uarm_io::drive::cia402::Statusword;
 use uarm_io::drive::network::{CycleError, DriveNetwork};
 use uarm_io::link::{Link, LinkError};
@@ -37,6 +39,7 @@ use uarm_io::torque::TorqueError;
 use crate::signals::StopRequest;
 use estimation::{Estimation, EstimationError};
 use guard::{Guard, LimitViolation};
+use motion::Motion;
 use progress::Progress;
 use record::{CycleFlags, CycleRecord, Recorder};
 use schedule::{Overrun, Schedule, Tick};
@@ -52,7 +55,7 @@ pub struct ControlLoop<'a> {
     /// From counts to measurements.
     pub estimation: Estimation,
     /// The desired motion.
-    pub reference: QuinticReference<f64>,
+    pub motion: Motion,
     /// The law.
     pub controller: &'a mut dyn Controller<f64>,
     /// From the law's torque to the drives'.
@@ -61,8 +64,6 @@ pub struct ControlLoop<'a> {
     pub guard: Guard,
     /// Time and period as the laws are told them.
     pub task_clock: TaskClock,
-    /// How long the run takes, in task time, s.
-    pub duration: f64,
     /// L2 and E so far.
     pub indices: PerformanceIndices<f64>,
     /// Timing so far.
@@ -125,7 +126,7 @@ impl ControlLoop<'_> {
             self.timing.record(&record.instants, tick.elapsed);
             self.progress.publish(&record);
             drives.housekeeping(clock.now())?;
-            if self.task_clock.next(schedule.period()) >= self.duration {
+            if self.task_clock.next(schedule.period()) >= self.motion.end() {
                 return Ok(LoopEnd::Completed);
             }
         }
@@ -147,8 +148,8 @@ impl ControlLoop<'_> {
         let (time, period) = self.task_clock.advance(tick, sync_sent, schedule.period());
         let estimate = self.estimation.estimate(&feedback.positions, period)?;
         let measurement = estimate.measurement();
-        let reference = self.reference.at(time);
-        self.guard.check(time, &estimate, &reference)?;
+        let reference = self.motion.at(time);
+        self.guard.check(time, tick.elapsed, &estimate, &reference)?;
 
         let command = self.controller.update(&measurement, &reference, period);
         // The first cycle's period is zero, but its torque, too, has a period to rise in.
@@ -158,7 +159,7 @@ impl ControlLoop<'_> {
         let torque_out = drives.send_torques(torque.sent)?;
 
         let error = TrackingError::new(&measurement, &reference);
-        if time < self.reference.duration() {
+        if self.motion.is_task(time) {
             self.indices.record(&error, &torque.limited.applied, schedule.period().seconds(1));
         }
         let mut record = CycleRecord {

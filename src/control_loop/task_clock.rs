@@ -14,23 +14,24 @@ pub enum PeriodSource {
     Measured,
 }
 
-/// Task time: zero at the first cycle.
+/// Task time: the start of the motion at the first cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct TaskClock {
     source: PeriodSource,
+    start: f64,
     time: f64,
     previous_sync: Option<Instant>,
     previous_tick: u64,
 }
 
 impl TaskClock {
-    /// A task clock at zero.
-    pub const fn new(source: PeriodSource) -> Self {
-        Self { source, time: 0.0, previous_sync: None, previous_tick: 0 }
+    /// A task clock that begins at `start`, s.
+    pub const fn new(source: PeriodSource, start: f64) -> Self {
+        Self { source, start, time: start, previous_sync: None, previous_tick: 0 }
     }
 
-    /// Goes on to this cycle. Returns its task time and the period since the previous one, both in seconds and zero in
-    /// the first cycle.
+    /// Goes on to this cycle. Returns its task time and the period since the previous one, zero in the first cycle, both
+    /// in seconds.
     pub fn advance(&mut self, tick: &Tick, sync_sent: Instant, nominal: Period) -> (f64, f64) {
         let period = match (self.previous_sync, self.source) {
             (None, _) => 0.0,
@@ -38,7 +39,7 @@ impl TaskClock {
             (Some(previous), PeriodSource::Measured) => sync_sent.since(previous).as_secs_f64(),
         };
         self.time = match self.source {
-            PeriodSource::Scheduled => nominal.seconds(tick.index),
+            PeriodSource::Scheduled => self.start + nominal.seconds(tick.index),
             PeriodSource::Measured => self.time + period,
         };
         self.previous_sync = Some(sync_sent);
@@ -49,7 +50,7 @@ impl TaskClock {
     /// The task time of the next cycle if it comes in time, s.
     pub fn next(&self, nominal: Period) -> f64 {
         match self.source {
-            PeriodSource::Scheduled => nominal.seconds(self.previous_tick.saturating_add(1)),
+            PeriodSource::Scheduled => self.start + nominal.seconds(self.previous_tick.saturating_add(1)),
             PeriodSource::Measured => self.time + nominal.seconds(1),
         }
     }
@@ -67,7 +68,7 @@ mod tests {
     #[test]
     fn scheduled_periods_are_exact_multiples_and_tell_of_skipped_ticks() {
         let nominal = Period::new(Duration::from_millis(3)).unwrap();
-        let mut clock = TaskClock::new(PeriodSource::Scheduled);
+        let mut clock = TaskClock::new(PeriodSource::Scheduled, 0.0);
         let at = |microseconds: u64| Instant::from_nanoseconds(microseconds * 1_000);
         assert_eq!(clock.advance(&tick(0, 0), at(17), nominal), (0.0, 0.0));
         assert_eq!(clock.advance(&tick(1, 1), at(3_100), nominal), (0.003, 0.003));
@@ -78,7 +79,7 @@ mod tests {
     #[test]
     fn measured_periods_follow_sync() {
         let nominal = Period::new(Duration::from_millis(3)).unwrap();
-        let mut clock = TaskClock::new(PeriodSource::Measured);
+        let mut clock = TaskClock::new(PeriodSource::Measured, 0.0);
         let at = |microseconds: u64| Instant::from_nanoseconds(microseconds * 1_000);
         assert_eq!(clock.advance(&tick(0, 0), at(17), nominal), (0.0, 0.0));
         let (time, period) = clock.advance(&tick(1, 1), at(3_100), nominal);

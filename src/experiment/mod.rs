@@ -17,15 +17,17 @@ pub mod statistics;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use anyhow::Context;
-use hinf_control::{Law, PerformanceIndices, TorqueLimiter, TorqueLimits};
+use hinf_control::{Law, PerformanceIndices, QuinticReference, TorqueLimiter, TorqueLimits};
 use nalgebra::Vector2;
 use sim::Disturbance;
 use uarm_io::drive::network::{Confirmation, DriveNetwork, StopReport};
+use uarm_io::encoder::Encoder;
 use uarm_io::link::Link;
-use uarm_io::time::Clock;
+use uarm_io::time::{Clock, Duration};
 
 use crate::control_loop::estimation::Estimation;
 use crate::control_loop::guard::Guard;
+use crate::control_loop::motion::Motion;
 use crate::control_loop::progress::Progress;
 use crate::control_loop::record::Recorder;
 use crate::control_loop::schedule::{OverrunPolicy, Schedule};
@@ -50,6 +52,8 @@ pub struct Settings {
     pub overrun: OverrunPolicy,
     /// Where the laws' period comes from.
     pub period_source: PeriodSource,
+    /// How long the way to the start of the task may take; without it, the joints must be there.
+    pub approach: Option<Duration>,
     /// The disturbance.
     pub disturbance: Disturbance,
     /// Where it acts.
@@ -103,7 +107,7 @@ where
     let mut controller = crate::controllers::build(settings.law, robot, settings.guard)?;
     let mut control_loop = ControlLoop {
         estimation: Estimation::new(robot.joints.each_ref().map(|joint| (joint.encoder, joint.estimator))),
-        reference: robot.task.reference,
+        motion: robot.task.motion(),
         controller: &mut controller,
         torque: torque_stage(robot, settings)?,
         guard: Guard {
@@ -111,8 +115,7 @@ where
             tracking_error: robot.tracking_error_limit,
             start_tolerance: robot.task.start_tolerance,
         },
-        task_clock: TaskClock::new(settings.period_source),
-        duration: robot.task.duration(),
+        task_clock: TaskClock::new(settings.period_source, 0.0),
         indices: PerformanceIndices::new(),
         timing: TimingRecorder::new(robot.period.duration()),
         progress,
@@ -121,13 +124,17 @@ where
     let mut statistics = Statistics::new(recorder);
     let mut drives = DriveNetwork::new(link, robot.network_configuration()?);
 
-    let end = match drives.start(clock) {
-        Ok(_started) => {
+    let started = drives.start(clock).map_err(anyhow::Error::new).context("the drives could not be started");
+    let motion = started.and_then(|started| motion(robot, settings, started.drives.map(|drive| drive.position)));
+    let end = match motion {
+        Ok(motion) => {
+            control_loop.motion = motion;
+            control_loop.task_clock = TaskClock::new(settings.period_source, motion.start());
             let mut schedule = Schedule::new(clock.now() + robot.period.duration(), robot.period, settings.overrun);
             catch_unwind(AssertUnwindSafe(|| control_loop.run(&mut drives, clock, &mut schedule, &mut statistics)))
                 .map(|end| end.map_err(anyhow::Error::new))
         }
-        Err(error) => Ok(Err(anyhow::Error::new(error).context("the drives could not be started"))),
+        Err(error) => Ok(Err(error)),
     };
     let stop_report = drives.stop(clock);
     // A bug in the loop must not leave the motors on, so its panic goes on only now.
@@ -141,6 +148,23 @@ where
         timing: control_loop.timing.summary(),
     };
     Ok((Finished { end, outcome, stop: describe(&stop_report) }, statistics.into_next()))
+}
+
+/// The motion from where the encoders say that the joints are.
+fn motion(robot: &Robot, settings: &Settings, counts: [i32; JOINTS]) -> anyhow::Result<Motion> {
+    let task = robot.task.motion();
+    let Some(duration) = settings.approach else { return Ok(task) };
+    let mut angles = [0.0; JOINTS];
+    for ((angle, joint), counts) in angles.iter_mut().zip(&robot.joints).zip(counts) {
+        let mut encoder = Encoder::new(joint.encoder);
+        let count = encoder.update(counts, Duration::ZERO).with_context(|| joint.name.clone())?;
+        *angle = encoder.angle_of(count);
+    }
+    let [_, second, third] = angles;
+    let approach =
+        QuinticReference::new(Vector2::new(second, third), *robot.task.reference.start(), duration.as_secs_f64())
+            .context("--approach")?;
+    Ok(task.after(approach))
 }
 
 fn torque_stage(robot: &Robot, settings: &Settings) -> anyhow::Result<TorqueStage> {

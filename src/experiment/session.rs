@@ -78,6 +78,8 @@ pub struct Session {
     pub overrun: OverrunPolicy,
     /// Where the laws' period comes from.
     pub period_source: PeriodSource,
+    /// How long the way to the start of the task may take.
+    pub approach: Option<Duration>,
     /// The disturbance.
     pub disturbance: Disturbance,
     /// Where it acts.
@@ -146,7 +148,7 @@ impl Session {
             let run = || self.place(robot, recorder, &progress, stop);
             let experiment = thread::Builder::new().name("uarm-loop".into()).spawn_scoped(scope, run)?;
             if !virtual_time {
-                show_progress(&progress, robot.task.duration(), || experiment.is_finished());
+                show_progress(&progress, robot.task.motion().end(), || experiment.is_finished());
             }
             experiment.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
         });
@@ -268,6 +270,7 @@ impl Start<'_> {
             guard: self.session.guard,
             overrun: self.session.overrun,
             period_source: self.session.period_source,
+            approach: self.session.approach,
             disturbance: self.session.disturbance,
             disturbance_site: self.session.disturbance_site,
         };

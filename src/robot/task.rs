@@ -3,6 +3,8 @@
 use hinf_control::QuinticReference;
 use nalgebra::Vector2;
 
+use crate::control_loop::motion::Motion;
+
 use super::error::{Checker, RobotError};
 use super::file;
 
@@ -42,8 +44,8 @@ impl Task {
         })
     }
 
-    /// How long a run takes, s.
-    pub fn duration(&self) -> f64 {
-        self.reference.duration() + self.hold
+    /// The desired motion.
+    pub const fn motion(&self) -> Motion {
+        Motion::task(self.reference, self.hold)
     }
 }
