@@ -116,7 +116,7 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
         }
     }
 
-    /// The plant: the truth behind the encoders.
+    /// The plant: the truth behind the encoders, as it was when they were last read or torques or brakes last changed.
     pub const fn plant(&self) -> &P {
         &self.plant
     }
@@ -152,11 +152,13 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
 
     /// Brings a fault of a joint's drive about.
     pub fn inject(&mut self, joint: Joint, fault: DriveFault) {
+        self.catch_up(self.now);
         self.drive_mut(joint).inject(fault);
     }
 
     /// Takes the injected faults of a joint's drive away.
     pub fn repair(&mut self, joint: Joint, now: Instant, outbox: &mut Outbox) {
+        self.catch_up(now);
         self.drive_mut(joint).repair(now, outbox);
     }
 
@@ -171,15 +173,15 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
             // Nothing is sent before what was sent already.
             let at = deadline.max(self.now);
             self.now = at;
-            self.catch_up(at);
-            for drive in &mut self.drives {
-                if drive.next_deadline() == Some(deadline) {
-                    drive.on_time(at, outbox);
+            self.act(at, |drives| {
+                for drive in drives {
+                    if drive.next_deadline() == Some(deadline) {
+                        drive.on_time(at, outbox);
+                    }
                 }
-            }
+            });
         }
         self.now = self.now.max(now);
-        self.catch_up(now);
     }
 
     /// Handles a frame that came at `now`, after all that was due before.
@@ -189,17 +191,35 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
             Some(Channel::Sync) => self.on_sync(now, outbox),
             channel => {
                 if matches!(channel, Some(Channel::SdoRequest(_))) {
+                    self.catch_up(now);
                     self.latch_positions();
                 }
-                for (drive, reset) in self.drives.iter_mut().zip(&mut self.reset) {
-                    *reset |= drive.on_frame(frame, now, outbox) == Reaction::Reset;
-                }
+                let mut reset = self.reset;
+                self.act(now, |drives| {
+                    for (drive, reset) in drives.iter_mut().zip(&mut reset) {
+                        *reset |= drive.on_frame(frame, now, outbox) == Reaction::Reset;
+                    }
+                });
+                self.reset = reset;
                 self.rewind_after_reset();
             }
         }
     }
 
+    /// Lets the drives act; if that changes torques or brakes, the plant first moves on to `at` with the old ones.
+    ///
+    /// What changes nothing, such as a heartbeat, does not touch the plant: an integrator's step that ends off its grid would
+    /// show in the bits.
+    fn act(&mut self, at: Instant, act: impl FnOnce(&mut [EmulatedDrive; 3])) {
+        let (torque, brakes) = (self.torque(), self.brakes());
+        act(&mut self.drives);
+        if (torque, brakes) != (self.torque(), self.brakes()) {
+            self.catch_up_with(at, &torque, brakes);
+        }
+    }
+
     fn on_sync(&mut self, now: Instant, outbox: &mut Outbox) {
+        self.catch_up(now);
         match (self.run, self.pacing) {
             (Run::Waiting, _) => {
                 if self.drives.iter().all(|drive| drive.power_state() == PowerState::OperationEnabled) {
@@ -215,9 +235,15 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
         }
     }
 
+    /// On the wall clock, moves the plant on to `now`.
     fn catch_up(&mut self, now: Instant) {
+        let (torque, brakes) = (self.torque(), self.brakes());
+        self.catch_up_with(now, &torque, brakes);
+    }
+
+    fn catch_up_with(&mut self, now: Instant, torque: &Vector3<f64>, brakes: [Brake; 3]) {
         if let (Run::Since(start), Pacing::WallClock) = (self.run, self.pacing) {
-            self.advance(now.since(start));
+            self.plant.advance(now.since(start), torque, brakes);
         }
     }
 

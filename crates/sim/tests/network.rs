@@ -93,12 +93,19 @@ fn runs_repeat_bit_for_bit() {
     assert_eq!(first_end.map(f64::to_bits), second_end.map(f64::to_bits));
 }
 
-/// With the master exactly on its ticks, wall clock and lockstep are the same experiment.
+/// With the master exactly on its ticks, wall clock and lockstep are the same experiment, bit for bit, although the drives'
+/// heartbeats fall between the ticks.
 #[test]
 fn wall_clock_and_lockstep_agree_when_the_master_keeps_time() {
     let (mut lockstep, mut lockstep_clock) = started(lockstep());
     let (mut wall, mut wall_clock) = started(Pacing::WallClock);
     assert_eq!(run(&mut lockstep, &mut lockstep_clock, 500), run(&mut wall, &mut wall_clock, 500));
+    let bits = |network: &Network| {
+        let plant = network.link().robot().plant();
+        assert_eq!(plant.time(), PERIOD * 499);
+        (plant.position().map(f64::to_bits), plant.rate().map(f64::to_bits))
+    };
+    assert_eq!(bits(&lockstep), bits(&wall));
 }
 
 #[test]
