@@ -1,4 +1,49 @@
 //! From encoder counts to rates, from torques to drives.
+//!
+//! ```
+//! use uarm_io::bus_time::{BitRate, BusTime};
+//! use uarm_io::encoder::CountsPerRevolution;
+//! use uarm_io::estimator::{LowPassDerivative, RateEstimator};
+//! use uarm_io::time::Duration;
+//! use uarm_io::torque::{RatedTorque, TorqueCeiling, TorqueScale};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // Counts to angles, angles to a rate: a joint that turns 10 counts every 3 ms.
+//! let encoder = CountsPerRevolution::new(8_000)?;
+//! let mut estimator = LowPassDerivative::<f64>::new(27.8)?;
+//! let mut rate = 0.0;
+//! for cycle in 0..200 {
+//!     let angle = f64::from(10 * cycle) * encoder.resolution();
+//!     rate = estimator.update(angle, 0.003).rate;
+//! }
+//! assert!((rate - 10.0 * encoder.resolution() / 0.003).abs() < 1e-6);
+//!
+//! // A torque to the per mille that a drive takes.
+//! let scale = TorqueScale {
+//!     rated_torque: RatedTorque::from_millinewton_metres(200)?,
+//!     direction: Default::default(),
+//!     ceiling: TorqueCeiling::RATED,
+//! };
+//! assert_eq!(scale.to_drive(0.0706)?.per_mille, 353);
+//!
+//! // Three drives on 1 Mbit/s take 0.695 ms of each 3 ms at worst.
+//! let bus = BusTime::of_cycle(3, BitRate::FASTEST, Duration::from_millis(3))?;
+//! assert_eq!(bus.cyclic, Duration::from_micros(695));
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The core is `no_std` and never allocates; time is passed in. What is marked *std* comes with the feature of that name.
+//!
+//! | module | subject |
+//! |---|---|
+//! | [`frame`], [`link`], [`time`] | the contracts: a frame, a way to send and receive it, a clock |
+//! | [`encoder`] | counters that wrap → counts → angles |
+//! | [`estimator`] | angles → rates and accelerations, four ways |
+//! | [`torque`] | N·m ↔ per mille of the rated torque |
+//! | [`bus_time`] | worst-case bus time of a cycle |
+//! | [`drive`] | CiA 402 drives on CANopen: objects, wire, states, and their master |
+//! | `monotonic`, `socketcan_link` | *std*: CLOCK_MONOTONIC and SocketCAN |
+//! | `realtime`, `probe`, `finding` | *std*: the real-time thread, and what a machine offers it |
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(unsafe_code)]
 #![cfg_attr(

@@ -16,7 +16,7 @@ mod stop;
 
 pub use configuration::{
     ConfigurationError, DriveConfiguration, EmergencyReaction, Heartbeats, MAX_SETTINGS, NetworkConfiguration,
-    ReadBack, Setting, SyncPayload, Timeouts,
+    ReadBack, Setting, Settings, SyncPayload, Timeouts,
 };
 pub use cycle::Feedback;
 pub use error::{CycleError, Emergency, Expected, NodeSet, SdoError, StartError};
@@ -50,6 +50,8 @@ struct Node {
     id: NodeId,
     /// Its answer to the last SYNC.
     fresh: Option<DriveFeedback>,
+    /// The deadline for that answer has passed without it.
+    missed: bool,
     /// An emergency that was not reported yet.
     alarm: Option<EmergencyMessage>,
     /// The last controlword sent.
@@ -72,6 +74,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         let nodes = configuration.drives().each_ref().map(|drive| Node {
             id: drive.node,
             fresh: None,
+            missed: false,
             alarm: None,
             controlword: Controlword::default(),
             health: NodeHealth { node: drive.node.raw(), ..NodeHealth::default() },

@@ -89,6 +89,25 @@ fn the_low_pass_weighs_time_not_steps() {
     assert_relative_eq!(whole.freeze().unwrap().rate, halves.freeze().unwrap().rate, max_relative = 1e-14);
 }
 
+/// With the measurement at zero the loop's state dies out along its triple pole: (1 − θ z⁻¹)³ x = 0.
+#[test]
+fn the_tracking_loop_has_a_triple_pole() {
+    let mut estimator = TrackingLoop::new(60.0).unwrap();
+    estimator.thaw(Some(Estimate { position: 1.0, rate: -20.0, acceleration: 300.0 }));
+    let pole = (-60.0 * PERIOD).exp();
+    let mut states = std::vec![estimator.freeze().unwrap()];
+    for _ in 0..10 {
+        states.push(estimator.update(0.0, PERIOD));
+    }
+    for window in states.windows(4) {
+        for part in [|x: &Estimate<f64>| x.position, |x: &Estimate<f64>| x.rate, |x: &Estimate<f64>| x.acceleration] {
+            let terms = [part(&window[3]), -3.0 * pole * part(&window[2]), 3.0 * pole * pole * part(&window[1])];
+            let sum = terms.iter().sum::<f64>();
+            assert_relative_eq!(sum, pole * pole * pole * part(&window[0]), epsilon = 1e-9, max_relative = 1e-9);
+        }
+    }
+}
+
 #[test]
 fn standing_still_is_seen_exactly() {
     for mut estimator in all() {

@@ -11,6 +11,9 @@ use embedded_can::StandardId;
 /// The most objects that a robot file can set in one drive.
 pub const MAX_SETTINGS: usize = 32;
 
+/// What a robot file sets in one drive, in this order.
+pub type Settings = heapless::Vec<Setting, MAX_SETTINGS>;
+
 /// One object to be written at start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
@@ -72,7 +75,7 @@ pub struct DriveConfiguration {
     /// What 6076h must read.
     pub rated_torque: RatedTorque,
     /// What is written beyond what the protocol needs, in this order; data of the robot file, since drives differ.
-    pub settings: heapless::Vec<Setting, MAX_SETTINGS>,
+    pub settings: Settings,
 }
 
 /// Who sends heartbeats how often, and how long silence is borne; whole milliseconds, as 1016h and 1017h hold them.

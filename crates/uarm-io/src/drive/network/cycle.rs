@@ -31,6 +31,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         self.drain()?;
         for node in &mut self.nodes {
             node.fresh = None;
+            node.missed = false;
         }
         let frame = match self.sync_counter.as_mut().and_then(SyncCounter::advance) {
             Some(count) => wire::sync_frame(count),
@@ -132,6 +133,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     fn feedback(&mut self) -> Result<Feedback<JOINTS>, CycleError<L::Error>> {
         let mut missing = NodeSet::default();
         for node in self.nodes.iter_mut().filter(|node| node.fresh.is_none()) {
+            node.missed = true;
             node.health.missed_feedbacks += 1;
             missing = missing.with(node.health.node);
         }

@@ -14,7 +14,7 @@ pub struct NodeHealth {
     pub feedbacks: u64,
     /// Cycles whose deadline passed without one.
     pub missed_feedbacks: u64,
-    /// TPDO1 frames of an earlier SYNC.
+    /// TPDO1 frames that came after their deadline, or too soon to answer the last SYNC.
     pub stale_feedbacks: u64,
     /// TPDO1 frames beyond the first in one cycle: one of them was late, or somebody else sends SYNCs.
     pub surplus_feedbacks: u64,

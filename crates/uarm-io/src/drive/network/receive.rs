@@ -34,7 +34,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             return Event::Nothing;
         };
         let read = match channel {
-            Channel::Tpdo1(_) if received.at < earliest_answer => {
+            Channel::Tpdo1(_) if node.missed || received.at < earliest_answer => {
                 node.health.stale_feedbacks += 1;
                 Ok(Event::Nothing)
             }

@@ -224,6 +224,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         for node in &mut self.network.nodes {
             node.alarm = None;
             node.fresh = None;
+            node.missed = false;
         }
     }
 }

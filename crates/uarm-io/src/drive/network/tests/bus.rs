@@ -41,6 +41,8 @@ pub struct Script {
     pub ignores_syncs: Vec<u8>,
     /// Leaves the size out of expedited answers.
     pub no_size: bool,
+    /// Fault resets that it needs before it leaves *Fault*.
+    pub stubborn_faults: u8,
     /// Stays silent on NMT start.
     pub ignores_nmt_start: bool,
 }
@@ -164,7 +166,12 @@ impl FakeDrive {
 
     fn on_command(&mut self, command: DriveCommand) {
         self.commands.push(command);
-        let next = self.power.after(command.controlword.command(self.controlword));
+        let order = command.controlword.command(self.controlword);
+        let mut next = self.power.after(order);
+        if self.power == PowerState::Fault && order == Command::FaultReset && self.script.stubborn_faults > 0 {
+            self.script.stubborn_faults -= 1;
+            next = PowerState::Fault;
+        }
         self.controlword = command.controlword;
         if self.script.stuck_in != Some(self.power) {
             self.power = next;
@@ -193,6 +200,8 @@ pub struct FakeBus {
     pub clock: VirtualClock,
     pub drives: Vec<FakeDrive>,
     pub sent: Vec<Frame>,
+    /// Frames are stamped when they are read, not when they came.
+    pub stamps_on_reading: bool,
     /// The link fails from here on.
     pub down: bool,
     queue: Vec<Received>,
@@ -264,7 +273,9 @@ impl Link for FakeBus {
             self.heartbeats();
             let now = self.clock.now();
             if self.queue.first().is_some_and(|queued| queued.at <= now) {
-                return Ok(Some(self.queue.remove(0)));
+                let received = self.queue.remove(0);
+                let at = if self.stamps_on_reading { now } else { received.at };
+                return Ok(Some(Received { at, ..received }));
             }
             if now >= deadline {
                 return Ok(None);

@@ -93,6 +93,24 @@ fn an_answer_that_comes_after_its_deadline_is_not_taken_for_the_next() {
     assert_eq!(feedback.latency, Duration::from_micros(500));
 }
 
+/// A link without time stamps of its own: only taking in what is left before the SYNC can tell late answers.
+#[test]
+fn late_answers_are_told_without_stamps_too() {
+    let mut network = started();
+    network.link_mut().stamps_on_reading = true;
+    network.link_mut().drives[0].script.feedback_delay = Duration::from_micros(2_500);
+    network.link_mut().drives[0].position = 1;
+    assert!(matches!(cycle(&mut network, [0; 3]), Err(CycleError::Missing { .. })));
+    network.link_mut().drives[0].script.feedback_delay = Duration::ZERO;
+    network.link_mut().drives[0].position = 2;
+    assert_eq!(cycle(&mut network, [0; 3]).unwrap().positions[0], 2);
+    let health = network.health().nodes[0];
+    assert_eq!(
+        (health.feedbacks, health.missed_feedbacks, health.stale_feedbacks, health.surplus_feedbacks),
+        (1, 1, 1, 0)
+    );
+}
+
 #[test]
 fn an_answer_that_is_too_early_for_its_sync_is_stale() {
     let mut configuration = configuration();
@@ -214,6 +232,8 @@ fn stopping_reports_what_was_not_confirmed() {
     assert_eq!(report.drives[0].power_off, Confirmation::Confirmed);
     assert_eq!(report.drives[1].power_off, Confirmation::Unconfirmed);
     assert_eq!(report.drives[2].power_off, Confirmation::Confirmed);
+    // The dead drive costs two SDO timeouts and one of NMT, 0.9 s, and not more.
+    assert!(network.link().clock.now().since(now) < Duration::from_millis(950));
 
     let mut network = started();
     network.link_mut().down = true;

@@ -101,6 +101,15 @@ fn a_drive_in_fault_is_reset_by_an_edge() {
 }
 
 #[test]
+fn a_fault_that_stays_is_reset_again_by_a_new_edge() {
+    let mut network = network();
+    network.link_mut().drives[0].power = PowerState::Fault;
+    network.link_mut().drives[0].script.stubborn_faults = 2;
+    start(&mut network).unwrap();
+    assert_eq!(network.link().drives[0].script.stubborn_faults, 0);
+}
+
+#[test]
 fn answers_without_a_size_are_understood() {
     let mut network = network();
     network.link_mut().drives[0].script.no_size = true;
