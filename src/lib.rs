@@ -6,6 +6,7 @@ pub mod commands;
 pub mod control_loop;
 pub mod controllers;
 pub mod experiment;
+pub mod filter_study;
 pub mod recording;
 pub mod robot;
 pub mod signals;
