@@ -30,6 +30,8 @@ pub enum Command {
     Plant(commands::plant::Arguments),
     /// Map a space manipulator to its dynamically equivalent manipulator (Table 1 to Table 2)
     Map(commands::map::Arguments),
+    /// Compare the rate estimators on the paper's motion
+    Filters(commands::filters::Arguments),
     /// Print a completion script for a shell
     Completions(commands::completions::Arguments),
 }

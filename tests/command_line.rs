@@ -128,6 +128,16 @@ fn map_takes_any_manipulator_and_refuses_what_is_none() {
 }
 
 #[test]
+fn filters_compares_every_estimator_on_every_encoder() {
+    let report = standard_output(&uarm(&["filters"]));
+    for part in ["low-pass (paper)", "Kalman", "Levant", "65536", "best by the numbers", "default: low-pass (paper)"] {
+        assert!(report.contains(part), "{part}: {report}");
+    }
+    let study: serde_json::Value = serde_json::from_str(&standard_output(&uarm(&["filters", "--json"]))).unwrap();
+    assert_eq!(study["rows"].as_array().unwrap().len(), 6 * 5 * 2);
+}
+
+#[test]
 fn wrong_usage_is_exit_code_2_and_names_what_there_is() {
     for arguments in [
         &["run", "--controller", "magic"][..],

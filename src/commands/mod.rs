@@ -1,6 +1,7 @@
 //! One file per subcommand. Each has `Arguments` and `execute`.
 
 pub mod completions;
+pub mod filters;
 
 pub mod map;
 pub mod plant;
@@ -39,6 +40,7 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
         Command::Run(arguments) => run::execute(arguments),
         Command::Plant(arguments) => plant::execute(arguments),
         Command::Map(arguments) => map::execute(arguments),
+        Command::Filters(arguments) => filters::execute(arguments),
         Command::Completions(arguments) => completions::execute(arguments),
     }
 }
