@@ -115,7 +115,7 @@ fn map_takes_any_manipulator_and_refuses_what_is_none() {
              links = [{links}]\n"
         )
     };
-    std::fs::write(&path, text(&vec![link; 5].join(", "))).unwrap();
+    std::fs::write(&path, text(&[link; 5].join(", "))).unwrap();
     let output = uarm(&["map", "--json", path.to_str().unwrap()]);
     let rows: serde_json::Value = serde_json::from_str(&standard_output(&output)).unwrap();
     assert_eq!(rows.as_array().unwrap().len(), 6);

@@ -33,6 +33,7 @@ struct Latencies {
 }
 
 impl Latencies {
+    #[allow(clippy::expect_used, reason = "constants, and before the loop begins")]
     fn new() -> Self {
         let histogram = Histogram::new_with_bounds(1, LONGEST_LATENCY_NS, SIGNIFICANT_DIGITS)
             .expect("the constant bounds are those that the histogram asks for");

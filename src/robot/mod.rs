@@ -2,7 +2,7 @@
 //!
 //! | module | subject |
 //! |---|---|
-//! | [`file`] | the file as written |
+//! | [`mod@file`] | the file as written |
 //! | [`error`] | what is wrong with it |
 //! | [`network`] | what the CANopen master must know of it |
 //! | [`overrides`] | what a command line changes of it |
