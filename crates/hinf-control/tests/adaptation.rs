@@ -5,7 +5,7 @@ use hinf_control::adaptation::{
     Adaptation, AdaptationWeight, AntiWindup, Ball, BoundError, DiagonalWeight, FullWeight, ParameterBox,
     ParameterEstimator, ParameterSet, ScalarWeight, WeightError,
 };
-use hinf_control::{AdaptationStatus, FUZZY_PARAMETERS, ThawError};
+use hinf_control::{AdaptationStatus, FUZZY_PARAMETERS, Law, Synthesis, ThawError, WeightReading, Weights};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
 
@@ -130,6 +130,21 @@ fn a_box_in_the_metric_of_a_full_weight_would_break_the_proof() {
     assert!(weight.norm_squared(&(clamped - truth)) > weight.norm_squared(&(outside - truth)));
 }
 
+#[test]
+fn one_ball_over_both_joints_can_raise_the_storage_of_table_3() {
+    // Why the docs advise the box there. One parameter per joint, Z = I; V weighs the joints by 1/t_k².
+    let design = Synthesis::<f64>::new(&Weights::table_3(Law::Nonlinear, WeightReading::Blocks)).unwrap();
+    let storage = DiagonalWeight::new(design.t11().diagonal().map(|t| 1.0 / (t * t))).unwrap();
+    let (truth, outside) = (Vector2::new(0.956, 0.292), Vector2::new(0.485, 0.875) * 1.3);
+    let ball = Ball::new(Vector2::zeros(), 1.0).unwrap();
+    let adaptation = Adaptation::new(Vector2::zeros(), ScalarWeight::new(1.0).unwrap()).unwrap();
+    let mut estimator = ParameterEstimator::new(adaptation.projected_onto_ball(ball).unwrap());
+    estimator.learn(&-outside, &mut AdaptationStatus::default());
+    assert!(estimator.step(1.0).projected);
+    let distance = |point: &Vector2<f64>| storage.norm_squared(&(point - truth));
+    assert!(distance(estimator.parameters()) > distance(&outside));
+}
+
 fn vector3(range: std::ops::Range<f64>) -> impl Strategy<Value = Vector3<f64>> {
     [range.clone(), range.clone(), range].prop_map(Vector3::from)
 }
@@ -159,7 +174,7 @@ proptest! {
 
     #[test]
     fn projection_onto_a_box_never_raises_the_storage(
-        z in vector3(0.1..10.0), gradient in vector3(-50.0..50.0), truth in vector3(-1.0..1.0)
+        z in vector3(0.1..10.0), gradient in vector3(-50.0..50.0), truth in vector3(-1.0..1.0), metric in vector3(0.1..10.0)
     ) {
         let weight = DiagonalWeight::new(z).unwrap();
         let bounds = ParameterBox::new(Vector3::repeat(-1.0), Vector3::repeat(1.0)).unwrap();
@@ -168,8 +183,11 @@ proptest! {
         let (mut free, mut kept) = (Estimator::new(free), Estimator::new(kept));
         push(&mut free, &gradient, 1.0);
         push(&mut kept, &gradient, 1.0);
-        let distance = |point: &Vector3<f64>| weight.norm_squared(&(point - truth));
-        prop_assert!(distance(kept.parameters()) <= distance(free.parameters()));
+        // In the metric of Z, and in any other diagonal one: that of V scales Z by c/t_k² where T11 is not tI.
+        for metric in [weight, DiagonalWeight::new(metric).unwrap()] {
+            let distance = |point: &Vector3<f64>| metric.norm_squared(&(point - truth));
+            prop_assert!(distance(kept.parameters()) <= distance(free.parameters()));
+        }
         prop_assert!(kept.parameters().amax() <= 1.0);
     }
 

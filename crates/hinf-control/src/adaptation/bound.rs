@@ -4,21 +4,25 @@
 //! convex set S, and let P be the projection onto S in the metric of Z, P(Φ) = argmin_{φ∈S} ‖φ − Φ‖_Z with
 //! ‖v‖²_Z = vᵀZv. Each step replaces Φ⁺ = Φ + Δt Φ̇ by P(Φ⁺).
 //!
-//! *Inequality 12 survives.* The storage function is V = V_x̃ + ½‖Φ − Φ*‖²_Z (times a constant, see
-//! [`ProvenAttenuation`](crate::ProvenAttenuation)), and only its second term sees the projection. For every point y of
-//! S, the projection x = P(Φ⁺) satisfies ⟨Φ⁺ − x, y − x⟩_Z ≤ 0: otherwise a short way from x to y would lead nearer
-//! to Φ⁺ while staying in the convex S. With y = Φ*:
+//! *Inequality 12 survives.* The storage function is V = V_x̃ + ½κ‖Φ − Φ*‖²_Z, and only its second term sees the projection.
+//! For every point y of S, the projection x = P(Φ⁺) satisfies ⟨Φ⁺ − x, y − x⟩_Z ≤ 0: otherwise a short way from x to
+//! y would lead nearer to Φ⁺ while staying in the convex S. With y = Φ*:
 //!
 //! ‖Φ⁺ − Φ*‖²_Z = ‖Φ⁺ − x‖²_Z + ‖x − Φ*‖²_Z − 2⟨Φ⁺ − x, Φ* − x⟩_Z ≥ ‖x − Φ*‖²_Z.
 //!
 //! So P never raises V: whatever bound the unprojected step meets, the projected one meets too, sample by sample, and
-//! with Δt → 0 along the motion. The metric matters: a projection in another one, such as clamping to a box with a full Z,
-//! can raise V. That is why
+//! with Δt → 0 along the motion.
 //!
-//! - [`Ball`] is a ball *in the metric of Z*: its projection is radial, Φ = c + (Φ⁺ − c)·r/‖Φ⁺ − c‖_Z, for any Z. For
-//!   Z = zI it is the Euclidean ball of radius r/√z;
-//! - [`ParameterBox`] can be projected onto with a [`SeparableWeight`](super::SeparableWeight) only, where clamping
-//!   minimises each term of Σ z_i(φ_i − Φ⁺_i)² by itself.
+//! *The metric matters*: it must be that of V, and a projection in another one can raise V.
+//!
+//! - Clamping to a [`ParameterBox`] minimises each term of Σ z_i(φ_i − Φ⁺_i)² by itself, and so is the projection in every
+//!   diagonal metric at once. It is offered for a [`SeparableWeight`](super::SeparableWeight) only: with a full Z the
+//!   argument fails.
+//! - A [`Ball`] is a ball *in the metric of Z*: its projection is radial, Φ = c + (Φ⁺ − c)·r/‖Φ⁺ − c‖_Z, for any Z. For
+//!   Z = zI it is the Euclidean ball of radius r/√z.
+//! - Where T11 = diag(t_k) is not tI, the neural and fuzzy laws, whose joints have parameters of their own, have the
+//!   storage ½Σ_k (c/t_k²)‖Φ_k − Φ_k*‖²_Z, a metric other than that of Z. The box is covered, one ball over both
+//!   joints is not. Table 3 is such a case: take the box there.
 //!
 //! If Φ* lies outside S, what is proven holds with the nearest point of S in its place, and the difference is part of the
 //! disturbance.

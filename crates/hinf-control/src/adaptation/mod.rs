@@ -76,7 +76,7 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> Adaptation<T, P, Z> {
         Ok(Self { bound: Bound::Alarm(set), ..self })
     }
 
-    /// Keeps Φ in `ball`. [`Ball`] is a ball in the metric of Z, so that inequality 12 survives.
+    /// Keeps Φ in `ball`. [`Ball`] is a ball in the metric of Z, so that inequality 12 survives where T11 = tI.
     ///
     /// # Errors
     /// [`BoundError::InitialOutside`] if Φ(0) is not in `ball`.
@@ -86,7 +86,7 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> Adaptation<T, P, Z> {
         Ok(Self { bound: Bound::Project(set), ..self })
     }
 
-    /// Keeps Φ in `bounds`. Only for a Z without off-diagonal elements, so that inequality 12 survives.
+    /// Keeps Φ in `bounds`. Only for a Z without off-diagonal elements, so that inequality 12 survives, for any diagonal T11.
     ///
     /// # Errors
     /// [`BoundError::InitialOutside`] if Φ(0) is not in `bounds`.
