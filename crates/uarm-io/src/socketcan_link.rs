@@ -10,7 +10,8 @@
 //! | set down | `Down`, each time | `Down` once, then nothing comes | by itself when set up again |
 //! | removed, unplugged | `Gone`, each time | `Gone`, each time | [`SocketCanLink::reopen`] when it is back |
 //! | bus-off | `QueueFull` once the queue is full | `BusOff` once | by the kernel, if `restart-ms` is set |
-//! | error warning, error passive … | works | `Controller`, once per report | none needed: receive again |
+//! | error passive, no acknowledge, overflow … | works | `Controller`, once per report | by itself when the bus is sound again |
+//! | error warning, single bus errors | works | works; counted in [`LinkHealth`] | none needed: the controller repeats frames |
 //! | transmit queue full | `QueueFull`; the frame is not taken | works | by itself |
 
 mod error;
@@ -67,6 +68,8 @@ pub struct LinkHealth {
     pub error_frames: u64,
     /// Error frames that report trouble short of bus-off.
     pub controller_problems: u64,
+    /// The last of them.
+    pub last_problem: Option<ControllerProblem>,
     /// How often the controller went bus-off.
     pub bus_offs: u64,
     /// How often the controller was restarted after bus-off.
@@ -191,7 +194,8 @@ impl SocketCanLink {
             }
             ControllerEvent::Problem(problem) => {
                 self.health.controller_problems += 1;
-                Err(SocketCanError::Controller { interface, problem })
+                self.health.last_problem = Some(problem);
+                if problem.is_dealt_with() { Ok(()) } else { Err(SocketCanError::Controller { interface, problem }) }
             }
             ControllerEvent::Restarted => {
                 self.health.restarts += 1;

@@ -155,7 +155,8 @@ fn error_frames_become_errors_with_a_kind() {
     let inject = |classes: u32, data: [u8; 8]| {
         socket.write_frame(&CanFrame::Error(CanErrorFrame::new_error(classes, &data).unwrap())).unwrap();
     };
-    let passive = 0x20;
+    let (warning, passive) = (0x08, 0x20);
+    inject(libc::CAN_ERR_CRTL, [0, warning, 0, 0, 0, 0, 0, 0]);
     inject(libc::CAN_ERR_CRTL | libc::CAN_ERR_CNT, [0, passive, 0, 0, 0, 0, 136, 3]);
     inject(libc::CAN_ERR_BUSOFF, [0; 8]);
     inject(libc::CAN_ERR_LOSTARB, [0; 8]);
@@ -169,7 +170,8 @@ fn error_frames_become_errors_with_a_kind() {
     assert_eq!(link.receive(soon()).unwrap().unwrap().frame, frame(0x181, &[7]));
 
     let health = link.health();
-    assert_eq!((health.error_frames, health.controller_problems, health.bus_offs, health.restarts), (4, 1, 1, 1));
+    assert_eq!((health.error_frames, health.controller_problems, health.bus_offs, health.restarts), (5, 2, 1, 1));
+    assert_eq!(health.last_problem, Some(ControllerProblem::ErrorPassive));
     assert_eq!(health.error_counters, Some(ErrorCounters { transmit: 136, receive: 3 }));
 }
 

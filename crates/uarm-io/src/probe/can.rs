@@ -64,13 +64,18 @@ pub(super) fn findings(machine: &Machine, wish: &CanWish) -> Vec<Finding> {
     let interfaces = interfaces(machine);
     match wish.interface {
         None if interfaces.is_empty() => findings.push(no_interface()),
-        None => findings.extend(interfaces.iter().flat_map(|interface| judge(interface, wish))),
+        None => findings.extend(interfaces.iter().flat_map(|interface| judge(interface, wish)).map(unneeded)),
         Some(name) => match interfaces.iter().find(|interface| interface.name == name.as_str()) {
             Some(interface) => findings.extend(judge(interface, wish)),
             None => findings.push(absent(machine, name)),
         },
     }
     findings
+}
+
+/// What is bad about an interface that nobody asked for is no more than a warning.
+fn unneeded(finding: Finding) -> Finding {
+    Finding { verdict: finding.verdict.min(Verdict::Warning), ..finding }
 }
 
 fn sockets(answer: io::Result<()>, demanded: Verdict) -> Finding {
@@ -173,7 +178,7 @@ fn state(interface: &Interface, wish: &CanWish) -> Finding {
         Kind::Hardware(_) => format!("`ip link set {name} up type can bitrate {} restart-ms 100`", wish.bit_rate),
     };
     if !interface.is_up {
-        return finding("down").but(if wish.interface.is_some() { Verdict::Bad } else { Verdict::Warning }, up);
+        return finding("down").but(Verdict::Bad, up);
     }
     match state {
         None => finding("up"),

@@ -92,8 +92,7 @@ impl Awake {
     const LATENCY: i32 = 0;
 
     pub(super) fn hold() -> (Option<Self>, Finding) {
-        let finding =
-            |found: String| Finding::good("processors kept out of deep sleep", found, "0 µs, by /dev/cpu_dma_latency");
+        let finding = |found: String| Finding::good("deep sleep kept off", found, "0 µs by /dev/cpu_dma_latency");
         match Self::request() {
             Ok(request) => (Some(Self { _request: request }), finding("0 µs".to_owned())),
             Err(error) => {

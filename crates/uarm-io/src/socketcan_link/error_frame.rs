@@ -41,6 +41,13 @@ pub enum ControllerProblem {
     BusError,
 }
 
+impl ControllerProblem {
+    /// Whether the controller deals with it alone, by repeating the frame: worth counting, no reason to stop a robot.
+    pub const fn is_dealt_with(self) -> bool {
+        matches!(self, Self::ErrorWarning | Self::BusError)
+    }
+}
+
 impl fmt::Display for ControllerProblem {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
@@ -152,6 +159,14 @@ mod tests {
         ] {
             assert_eq!(decoded(classes, status), ControllerEvent::Problem(problem), "{classes:#x} {status:#x}");
         }
+    }
+
+    #[test]
+    fn what_frames_survive_is_dealt_with() {
+        assert!(ControllerProblem::ErrorWarning.is_dealt_with() && ControllerProblem::BusError.is_dealt_with());
+        assert!(
+            !ControllerProblem::ErrorPassive.is_dealt_with() && !ControllerProblem::ReceiveOverflow.is_dealt_with()
+        );
     }
 
     #[test]
