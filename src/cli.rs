@@ -32,6 +32,8 @@ pub enum Command {
     Map(commands::map::Arguments),
     /// Compare the rate estimators on the paper's motion
     Filters(commands::filters::Arguments),
+    /// Look at this machine's real-time and CAN preconditions, and measure how late it wakes up
+    Doctor(commands::doctor::Arguments),
     /// Print a completion script for a shell
     Completions(commands::completions::Arguments),
 }

@@ -81,8 +81,7 @@ impl Examination {
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let machine = Machine::this();
     let wish = CanWish { interface: arguments.can, bit_rate: arguments.bit_rate };
-    let settings =
-        RealtimeSettings { policy: arguments.rt, priority: arguments.priority, processor: arguments.cpu };
+    let settings = RealtimeSettings { policy: arguments.rt, priority: arguments.priority, processor: arguments.cpu };
     // The facts come first: measuring locks memory and holds processors awake, which must not be mistaken for the machine's own.
     let (realtime, can) = (machine.realtime_findings(), machine.can_findings(&wish));
     let duration = Duration::from_secs(arguments.seconds.into());
@@ -147,7 +146,8 @@ mod tests {
         assert_eq!(json["verdict"], "warning");
         assert_eq!(json["realtime"][0]["how_to_get_it"], "so");
         assert_eq!(json["wakeups"]["samples"], 5);
-        let counts = json["wakeups"]["buckets"].as_array().unwrap().iter().map(|bucket| bucket["count"].as_u64().unwrap());
+        let counts =
+            json["wakeups"]["buckets"].as_array().unwrap().iter().map(|bucket| bucket["count"].as_u64().unwrap());
         assert_eq!(counts.sum::<u64>(), 5);
     }
 
@@ -155,7 +155,9 @@ mod tests {
     fn arguments_have_ranges() {
         let arguments = parse("doctor --can can0 --rt enforce --period 1ms --cpu 1").unwrap();
         assert_eq!((arguments.can.unwrap().as_str(), arguments.rt), ("can0", RealtimePolicy::Enforce));
-        for line in ["doctor --can a/b", "doctor --rt yes", "doctor --seconds 0", "doctor --priority 99", "doctor --cpu 1024"] {
+        for line in
+            ["doctor --can a/b", "doctor --rt yes", "doctor --seconds 0", "doctor --priority 99", "doctor --cpu 1024"]
+        {
             assert!(parse(line).is_err(), "{line}");
         }
     }

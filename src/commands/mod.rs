@@ -1,8 +1,8 @@
 //! One file per subcommand. Each has `Arguments` and `execute`.
 
 pub mod completions;
+pub mod doctor;
 pub mod filters;
-
 pub mod map;
 pub mod plant;
 pub mod run;
@@ -41,6 +41,7 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
         Command::Plant(arguments) => plant::execute(arguments),
         Command::Map(arguments) => map::execute(arguments),
         Command::Filters(arguments) => filters::execute(arguments),
+        Command::Doctor(arguments) => doctor::execute(arguments),
         Command::Completions(arguments) => completions::execute(arguments),
     }
 }

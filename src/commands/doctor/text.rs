@@ -24,7 +24,10 @@ pub(super) fn examination(examination: &Examination) -> String {
         Verdict::Warning => "this machine can run the loop, with less margin than it could have",
         Verdict::Bad => "this machine is not ready",
     };
-    line(&mut text, format_args!("{verdict}; above: {bad} bad, {warnings} to improve; wake-ups: {}", examination.wakeups.verdict));
+    line(
+        &mut text,
+        format_args!("{verdict}; above: {bad} bad, {warnings} to improve; wake-ups: {}", examination.wakeups.verdict),
+    );
     text
 }
 
@@ -78,7 +81,10 @@ fn wakeups(text: &mut String, report: &WakeupReport) {
             report.page_faults.1,
         ),
     );
-    line(text, format_args!("  {}: the largest is {} of the period{}", mark(report.verdict), share(report), advice(report)));
+    line(
+        text,
+        format_args!("  {}: the largest is {} of the period{}", mark(report.verdict), share(report), advice(report)),
+    );
     text.push('\n');
 }
 
@@ -141,7 +147,10 @@ mod tests {
     fn a_single_outlier_is_seen() {
         let bucket = |up_to_nanoseconds, count| LatencyBucket { up_to_nanoseconds, count };
         let mut text = String::new();
-        histogram(&mut text, &[bucket(Some(1_000), 0), bucket(Some(2_000), 1_000_000), bucket(Some(5_000), 0), bucket(None, 1)]);
+        histogram(
+            &mut text,
+            &[bucket(Some(1_000), 0), bucket(Some(2_000), 1_000_000), bucket(Some(5_000), 0), bucket(None, 1)],
+        );
         let bars: Vec<_> = text.lines().map(|line| line.matches('█').count()).collect();
         assert_eq!(bars, [50, 0, 1], "{text}");
         assert!(text.ends_with("more          1  █\n"), "{text}");
