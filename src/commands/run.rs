@@ -177,6 +177,9 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
             report.print(&mut std::io::stdout().lock())?;
         }
         let completed = report.completed;
+        if !completed {
+            eprintln!("uarm: {}", report.end);
+        }
         reports.push(report);
         if !completed {
             break;
