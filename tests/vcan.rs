@@ -9,7 +9,7 @@ use rustix::process::Signal;
 use std::process::Command;
 use std::time::Duration;
 use vcan_support::bus::{Bus, EMERGENCY, HEARTBEAT, HEARTBEAT_ERROR, NMT, NMT_STOP, RPDO1, Seen};
-use vcan_support::process::{Robot, Scheduling, controller, describe, finish, set_interface, signal, spawn, succeed};
+use vcan_support::process::{Robot, Running, Scheduling, controller, describe, finish, set_interface, succeed};
 use vcan_support::{NODES, Workshop};
 
 /// `controller_timeout_ms` and `controller_node` in robots/uarm.toml.
@@ -41,8 +41,8 @@ fn drives_have_braked(bus: &Bus) -> bool {
 }
 
 /// Starts a run, and returns it when the arm is in full motion.
-fn start_moving(workshop: &Workshop, bus: &Bus) -> std::process::Child {
-    let running = spawn(&mut controller(workshop, &[]));
+fn start_moving(workshop: &Workshop, bus: &Bus) -> Running {
+    let running = Running::start(&mut controller(workshop, &[]));
     bus.wait_for("torque command", LONG, |seen| seen.id == RPDO1 + 2 && seen.u16(2) != 0);
     std::thread::sleep(IN_MOTION);
     running
@@ -79,12 +79,11 @@ fn drives_brake_within_the_heartbeat_time_when_the_controller_is_killed() {
     let workshop = Workshop::new("sigkill");
     let bus = Bus::open();
     let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &["--pacing", "wall-clock"]);
-    let mut running = start_moving(&workshop, &bus);
+    let running = start_moving(&workshop, &bus);
     assert!(NODES.iter().all(|node| bus.is_enabled(*node)), "the drives run before the controller is killed");
 
     bus.drain();
-    running.kill().unwrap();
-    running.wait().unwrap();
+    running.signal(Signal::KILL);
     let mut last_heartbeat = None;
     let mut waiting = NODES.to_vec();
     while !waiting.is_empty() {
@@ -117,7 +116,7 @@ fn an_interface_that_goes_down_ends_the_run_with_a_clear_error_and_brakes() {
     let mut robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &["--pacing", "wall-clock"]);
     let running = start_moving(&workshop, &bus);
     set_interface("down");
-    let output = running.wait_with_output().unwrap();
+    let output = running.end();
     // Longer than the drives bear the controller's silence.
     std::thread::sleep(2 * CONTROLLER_TIMEOUT + SCHEDULING_SLACK);
     set_interface("up");
@@ -141,8 +140,8 @@ fn signals_end_a_run_with_torque_zero_quick_stop_brakes_and_nmt_stop() {
         let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &["--pacing", "wall-clock"]);
         let running = start_moving(&workshop, &bus);
         bus.drain();
-        signal(&running, terminating);
-        let output = running.wait_with_output().unwrap();
+        running.signal(terminating);
+        let output = running.end();
         let seen = bus.drain();
 
         for node in NODES {

@@ -61,14 +61,35 @@ pub fn controller(workshop: &Workshop, arguments: &[&str]) -> Command {
     command
 }
 
-/// Starts a command in the background, its output kept.
-pub fn spawn(command: &mut Command) -> Child {
-    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+/// A process in the background, its output kept; killed when dropped, so that a failed test leaves nothing behind.
+pub struct Running(Option<Child>);
+
+impl Running {
+    /// Starts a command.
+    pub fn start(command: &mut Command) -> Self {
+        Self(Some(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()))
+    }
+
+    /// Sends a signal.
+    pub fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(self.0.as_ref().expect("not ended")), signal).unwrap();
+    }
+
+    /// Waits for its end.
+    pub fn end(mut self) -> Output {
+        self.0.take().expect("not ended").wait_with_output().unwrap()
+    }
 }
 
-/// Sends a signal.
-pub fn signal(child: &Child, signal: Signal) {
-    kill_process(Pid::from_child(child), signal).unwrap();
+impl Drop for Running {
+    fn drop(&mut self) {
+        if let Some(mut child) = self.0.take() {
+            // It may have ended by itself.
+            let _ = child.kill();
+            let output = child.wait_with_output().unwrap();
+            println!("{}", describe(&output));
+        }
+    }
 }
 
 /// Runs a command to its end, which must be a success.

@@ -1,7 +1,8 @@
-//! Proof that the crates below build without the standard library.
+//! Proof that the crates below build without the standard library, and without a heap.
 //!
 //! This program brings its own panic handler. A crate that pulls in `std`, itself or through a dependency, brings
-//! `std`'s, and `cargo check` fails with a duplicate lang item `panic_impl` that names the culprit.
+//! `std`'s, and `cargo check` fails with a duplicate lang item `panic_impl` that names the culprit. It brings no
+//! allocator: a crate that pulls in `alloc` fails as well.
 #![no_std]
 #![no_main]
 
