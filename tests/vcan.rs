@@ -83,19 +83,17 @@ fn drives_brake_within_the_heartbeat_time_when_the_controller_is_killed() {
     assert!(NODES.iter().all(|node| bus.is_enabled(*node)), "the drives run before the controller is killed");
 
     bus.drain();
+    let is_controller = |seen: &Seen| seen.id == HEARTBEAT + u16::from(CONTROLLER_NODE);
+    let mut heard = bus.wait_for("heartbeat of the controller", LONG, is_controller).at;
     running.signal(Signal::KILL);
-    let mut last_heartbeat = None;
     let mut waiting = NODES.to_vec();
     while !waiting.is_empty() {
-        let seen = bus.wait_for("emergency message", LONG, |seen| {
-            seen.id == HEARTBEAT + u16::from(CONTROLLER_NODE) || is_emergency(seen)
-        });
+        let seen = bus.wait_for("emergency message", LONG, |seen| is_controller(seen) || is_emergency(seen));
         if !is_emergency(&seen) {
-            last_heartbeat = Some(seen.at);
+            heard = seen.at;
             continue;
         }
         assert_eq!(seen.u16(0), HEARTBEAT_ERROR, "{seen:02X?}");
-        let heard = last_heartbeat.expect("a heartbeat of the controller before it was killed");
         let silence = seen.at.duration_since(heard).unwrap();
         println!("node {}: braked {silence:?} after the last heartbeat", seen.id - EMERGENCY);
         assert!(silence >= CONTROLLER_TIMEOUT, "braked too early: {silence:?}");

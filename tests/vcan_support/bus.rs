@@ -68,6 +68,15 @@ impl Bus {
                 return None;
             }
             self.0.set_read_timeout(left).unwrap();
+            if let Some(seen) = self.read() {
+                return Some(seen);
+            }
+        }
+    }
+
+    /// One read; `None` if there is no data frame.
+    fn read(&self) -> Option<Seen> {
+        loop {
             match self.0.read_frame_with_timestamp() {
                 Ok((CanFrame::Data(frame), at)) => {
                     let id = u16::try_from(frame.raw_id()).expect("an 11-bit identifier");
@@ -79,7 +88,10 @@ impl Bus {
                     if matches!(
                         error.kind(),
                         ErrorKind::WouldBlock | ErrorKind::Interrupted | ErrorKind::NetworkDown
-                    ) => {}
+                    ) =>
+                {
+                    return None;
+                }
                 Err(error) => panic!("reading {INTERFACE}: {error}"),
             }
         }
@@ -107,9 +119,13 @@ impl Bus {
         }
     }
 
-    /// Everything that was received and not read yet.
+    /// Everything that was received and not read yet. Does not wait: the kernel rounds a short time limit up to its tick,
+    /// within which a bus in cyclic operation always has one more frame.
     pub fn drain(&self) -> Vec<Seen> {
-        std::iter::from_fn(|| self.next(Duration::from_millis(1))).collect()
+        self.0.set_nonblocking(true).unwrap();
+        let seen = std::iter::from_fn(|| self.read()).collect();
+        self.0.set_nonblocking(false).unwrap();
+        seen
     }
 
     /// Reads an object of up to four bytes by an expedited SDO upload (CiA 301, 7.2.4.3.3).
