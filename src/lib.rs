@@ -10,4 +10,5 @@ pub mod filter_study;
 pub mod recording;
 pub mod robot;
 pub mod signals;
+pub mod study;
 pub mod trace;

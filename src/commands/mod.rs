@@ -1,5 +1,6 @@
 //! One file per subcommand. Each has `Arguments` and `execute`.
 
+pub mod compare;
 pub mod completions;
 pub mod doctor;
 pub mod filters;
@@ -38,6 +39,7 @@ pub fn exit_code(outcome: Outcome) -> ExitCode {
 pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(arguments) => run::execute(arguments),
+        Command::Compare(arguments) => compare::execute(arguments),
         Command::Plant(arguments) => plant::execute(arguments),
         Command::Map(arguments) => map::execute(arguments),
         Command::Filters(arguments) => filters::execute(arguments),

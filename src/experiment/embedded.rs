@@ -6,8 +6,8 @@ use anyhow::Context;
 use nalgebra::Vector3;
 use sim::drive::{CountingDirection, DriveDescription, DriveParameters, EncoderMounting};
 use sim::{
-    Brake, DemPlant, Disturbance, EmulatedRobot, FreeFloatingPlant, InProcessLink, InitialState, Pacing, Plant,
-    UarmPlant,
+    Brake, DemPlant, Disturbance, EmulatedRobot, FreeFloatingPlant, InProcessLink, InitialState, IntegrationStep,
+    Pacing, Plant, UarmPlant, UarmPlantParameters,
 };
 use uarm_io::encoder::Direction;
 use uarm_io::time::Clock;
@@ -33,22 +33,51 @@ impl EmbeddedPlant {
     /// # Errors
     /// If the imperfections make no plant of the model.
     pub fn new(robot: &Robot, choice: PlantChoice, disturbance: Disturbance) -> anyhow::Result<Self> {
-        let start = robot.task.reference.start();
-        let initial = InitialState { position: Vector3::new(0.0, start.x, start.y), rate: Vector3::zeros() };
-        Ok(match choice {
-            PlantChoice::Uarm => {
-                let plant = UarmPlant::new(&robot.model, robot.plant).context("plant")?;
-                Self::Uarm(plant.with_initial_state(initial).with_disturbance(disturbance))
-            }
-            PlantChoice::Ideal => {
-                Self::Ideal(DemPlant::new(robot.model).with_initial_state(initial).with_disturbance(disturbance))
-            }
+        let plant = match choice {
+            PlantChoice::Uarm => return Self::uarm(robot, robot.plant, disturbance),
+            PlantChoice::Ideal => Self::Ideal(DemPlant::new(robot.model).with_disturbance(disturbance)),
             PlantChoice::Space => {
-                let plant = FreeFloatingPlant::new(&robot.space_manipulator);
-                Self::Space(plant.with_initial_state(initial).with_disturbance(disturbance))
+                Self::Space(FreeFloatingPlant::new(&robot.space_manipulator).with_disturbance(disturbance))
             }
-        })
+        };
+        Ok(plant.starting_at(start(robot)))
     }
+
+    /// The robot with other imperfections than its file's, at the start of the file's task and at rest.
+    ///
+    /// # Errors
+    /// If the imperfections make no plant of the model.
+    pub fn uarm(robot: &Robot, imperfections: UarmPlantParameters, disturbance: Disturbance) -> anyhow::Result<Self> {
+        let plant = UarmPlant::new(&robot.model, imperfections).context("plant")?;
+        Ok(Self::Uarm(plant.with_disturbance(disturbance)).starting_at(start(robot)))
+    }
+
+    /// The same plant, starting at rest with its joints at `position`, rad.
+    #[must_use]
+    pub fn starting_at(self, position: Vector3<f64>) -> Self {
+        let initial = InitialState { position, rate: Vector3::zeros() };
+        match self {
+            Self::Uarm(plant) => Self::Uarm(plant.with_initial_state(initial)),
+            Self::Ideal(plant) => Self::Ideal(plant.with_initial_state(initial)),
+            Self::Space(plant) => Self::Space(plant.with_initial_state(initial)),
+        }
+    }
+
+    /// The same plant, integrated on another grid.
+    #[must_use]
+    pub fn with_integration_step(self, step: IntegrationStep) -> Self {
+        match self {
+            Self::Uarm(plant) => Self::Uarm(plant.with_integration_step(step)),
+            Self::Ideal(plant) => Self::Ideal(plant.with_integration_step(step)),
+            Self::Space(plant) => Self::Space(plant.with_integration_step(step)),
+        }
+    }
+}
+
+/// Where the robot file's task starts: joints 1 to 3, rad, the base at zero.
+pub fn start(robot: &Robot) -> Vector3<f64> {
+    let start = robot.task.reference.start();
+    Vector3::new(0.0, start.x, start.y)
 }
 
 impl Plant for EmbeddedPlant {

@@ -290,7 +290,8 @@ fn note(finding: &Finding) {
     eprintln!("  real time: {finding}");
 }
 
-const fn plant_name(plant: PlantChoice) -> &'static str {
+/// What a plant is called.
+pub const fn plant_name(plant: PlantChoice) -> &'static str {
     match plant {
         PlantChoice::Uarm => "imperfect UARM",
         PlantChoice::Ideal => "ideal DEM",

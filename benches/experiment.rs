@@ -1,0 +1,54 @@
+//! Whole experiments in virtual time: the loop, the drives and the plant, 3 s of motion each.
+
+use std::hint::black_box;
+use std::num::{NonZeroU32, NonZeroUsize};
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use sim::Disturbance;
+use uarm::commands::run::PlantChoice;
+use uarm::experiment::embedded::EmbeddedPlant;
+use uarm::robot::overrides::Overrides;
+use uarm::study::contestant::{Contestant, Entrant};
+use uarm::study::monte_carlo::{self, MonteCarloSettings};
+use uarm::study::spread::Spread;
+use uarm::study::start::StartVariation;
+use uarm::study::trial;
+
+/// `uarm run --virtual-time`, with 0.5 s of hold, for each of the paper's controllers.
+fn virtual_time(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("experiment/virtual time");
+    group.sample_size(20);
+    for entrant in Entrant::load(&Contestant::PAPER, None, &Overrides::default()).expect("the built-in robot") {
+        group.bench_function(entrant.contestant.name(), |bencher| {
+            bencher.iter(|| {
+                let plant = EmbeddedPlant::new(&entrant.robot, PlantChoice::Uarm, Disturbance::Paper);
+                trial::run(black_box(&entrant), plant.expect("the built-in plant"))
+            });
+        });
+    }
+    group.finish();
+}
+
+/// One plant of `uarm compare --monte-carlo`, met by the paper's six.
+fn one_draw(criterion: &mut Criterion) {
+    let settings = MonteCarloSettings {
+        robot: None,
+        contestants: &Contestant::PAPER,
+        disturbance: Disturbance::Paper,
+        draws: NonZeroU32::MIN,
+        spread: Spread::new(0.2).expect("below 1"),
+        variation: StartVariation::Full,
+        seed: 1,
+        threads: NonZeroUsize::MIN,
+    };
+    let entrants = monte_carlo::load(&settings).expect("the built-in robot");
+    let mut group = criterion.benchmark_group("experiment/Monte Carlo");
+    group.sample_size(20);
+    group.bench_function("one draw, six controllers", |bencher| {
+        bencher.iter(|| monte_carlo::draw(black_box(&settings), &entrants, 0));
+    });
+    group.finish();
+}
+
+criterion_group!(experiment, virtual_time, one_draw);
+criterion_main!(experiment);
