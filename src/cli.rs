@@ -36,6 +36,10 @@ pub enum Command {
     Filters(commands::filters::Arguments),
     /// Look at this machine's real-time and CAN preconditions, and measure how late it wakes up
     Doctor(commands::doctor::Arguments),
+    /// Draw the paper's figures from simulated experiments, as SVG and PNG
+    Figures(commands::figures::Arguments),
+    /// Learn fuzzy sets from traces of runs with ANFIS
+    Train(commands::train::Arguments),
     /// Print a completion script for a shell
     Completions(commands::completions::Arguments),
 }

@@ -70,7 +70,8 @@ fn nominal_form(controllers: &Controllers, law: Law) -> NominalForm {
     }
 }
 
-fn firing(controllers: &Controllers, law: Law) -> Firing {
+/// How the rules of a fuzzy law fire; of any other law, as those of `fuzzy`.
+pub fn firing(controllers: &Controllers, law: Law) -> Firing {
     let firing = match law {
         Law::FuzzyModel => controllers.fuzzy_model.firing,
         _ => controllers.fuzzy.firing,

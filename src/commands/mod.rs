@@ -3,10 +3,12 @@
 pub mod compare;
 pub mod completions;
 pub mod doctor;
+pub mod figures;
 pub mod filters;
 pub mod map;
 pub mod plant;
 pub mod run;
+pub mod train;
 
 use std::process::ExitCode;
 
@@ -44,6 +46,8 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
         Command::Map(arguments) => map::execute(arguments),
         Command::Filters(arguments) => filters::execute(arguments),
         Command::Doctor(arguments) => doctor::execute(arguments),
+        Command::Figures(arguments) => figures::execute(arguments),
+        Command::Train(arguments) => train::execute(arguments),
         Command::Completions(arguments) => completions::execute(arguments),
     }
 }

@@ -60,6 +60,9 @@ pub struct Arguments {
     /// What keeps adapted parameters from drifting; by default "bounded" with --can and "none" otherwise, as in the paper
     #[arg(long, value_enum, value_name = "GUARD")]
     adaptation: Option<AdaptationGuard>,
+    /// Let the fuzzy laws run with the sets in this file, as uarm train writes it; without it with the untrained grid
+    #[arg(long, value_name = "FILE.toml")]
+    fuzzy_sets: Option<PathBuf>,
     /// Run the experiment this many times
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000), value_name = "N")]
     repeat: u32,
@@ -213,7 +216,9 @@ fn robot(arguments: &Arguments) -> anyhow::Result<Robot> {
         hold: arguments.hold,
         base_acceleration: arguments.base_acceleration.map(|mode| (arguments.controller, mode)),
     };
-    Ok(Robot::load_with(arguments.robot.as_deref(), &overrides)?)
+    let mut robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
+    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
+    Ok(robot)
 }
 
 fn place(arguments: &Arguments) -> Place {

@@ -5,6 +5,7 @@
 //! | [`mod@file`] | the file as written |
 //! | [`error`] | what is wrong with it |
 //! | [`network`] | what the CANopen master must know of it |
+//! | [`fuzzy_sets`] | files of trained fuzzy sets |
 //! | [`overrides`] | what a command line changes of it |
 //! | [`task`] | the motion |
 //! | [`joint`] | encoders, drives and limits |
@@ -15,6 +16,7 @@ pub mod bus;
 pub mod control;
 pub mod error;
 pub mod file;
+pub mod fuzzy_sets;
 pub mod joint;
 pub mod network;
 pub mod overrides;
