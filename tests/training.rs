@@ -95,7 +95,7 @@ fn what_cannot_be_learned_from_is_named() {
         (vec![trace, "--controller", "computed-torque"], "expected one of the paper's laws"),
         (vec![no_trace.to_str().unwrap()], "no-trace.csv, line 1: no column rate_2_rad_per_s"),
         (vec!["missing.csv"], "missing.csv: cannot be read"),
-        (vec![trace, "--step", "-1"], "initial step size is -1: expected within"),
+        (vec![trace, "--step=-1"], "initial step size is -1: expected within"),
     ] {
         let output = uarm(&[&["train", "--out", out], arguments.as_slice()].concat());
         assert_eq!(output.status.code(), Some(1));

@@ -82,7 +82,10 @@ pub fn dash(points: &[[f64; 2]], pattern: &[f64]) -> Vec<Vec<[f64; 2]>> {
             let length = ((to[0] - from[0]).powi(2) + (to[1] - from[1]).powi(2)).sqrt();
             if length < remaining {
                 remaining -= length;
-                piece.push(to);
+                // A chain that ends where a dash would begin has no dash there.
+                if length > 0.0 {
+                    piece.push(to);
+                }
                 break;
             }
             let share = remaining / length;
