@@ -10,6 +10,7 @@ pub mod figures;
 pub mod filter_study;
 pub mod recording;
 pub mod robot;
+pub mod run_log;
 pub mod signals;
 pub mod study;
 pub mod trace;

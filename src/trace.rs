@@ -4,6 +4,7 @@
 use std::io::{self, Write};
 
 use crate::control_loop::record::CycleRecord;
+use crate::recording::{Entry, Sink};
 
 /// The column names, in order. The timing columns stand last: all before them are the same, byte for byte, in any
 /// lockstep run of the same experiment.
@@ -108,12 +109,16 @@ impl<W: Write> Row<'_, W> {
     }
 }
 
-impl<W: Write + Send> crate::recording::Sink for TraceWriter<W> {
-    fn write(&mut self, record: &CycleRecord) -> io::Result<()> {
-        Self::write(self, record)
+impl<W: Write + Send> Sink for TraceWriter<W> {
+    fn name(&self) -> String {
+        "trace".to_owned()
     }
 
-    fn finish(&mut self) -> io::Result<()> {
-        Self::finish(self)
+    fn take(&mut self, entry: Entry<'_>) -> io::Result<()> {
+        match entry {
+            Entry::Cycle(record) => self.write(record),
+            Entry::End(_) => self.finish(),
+            Entry::Frame(_) | Entry::Occasion(..) | Entry::Note(_) | Entry::Pause => Ok(()),
+        }
     }
 }

@@ -4,7 +4,11 @@ use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
 fn uarm(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_uarm")).args(arguments).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_uarm"))
+        .args(arguments)
+        .current_dir(env!("CARGO_TARGET_TMPDIR")) // where the logs go
+        .output()
+        .unwrap()
 }
 
 fn standard_output(output: &Output) -> String {
@@ -39,8 +43,11 @@ fn run_reports_the_indices_beside_the_papers() {
 #[test]
 fn run_as_json_has_nothing_else_on_standard_output() {
     let output = uarm(&["run", "--virtual-time", "--json", "--repeat", "2", "--controller", "adaptive"]);
-    let reports: serde_json::Value = serde_json::from_str(&standard_output(&output)).unwrap();
+    let mut reports: serde_json::Value = serde_json::from_str(&standard_output(&output)).unwrap();
     assert_eq!(reports.as_array().unwrap().len(), 2);
+    let logs = [reports[0]["log"].take(), reports[1]["log"].take()];
+    assert!(logs.iter().all(|log| log.as_str().is_some_and(|log| log.starts_with("runs/"))), "{logs:?}");
+    assert_ne!(logs[0], logs[1]);
     assert_eq!(reports[0], reports[1], "virtual time repeats itself to the bit");
     assert_eq!(reports[0]["controller"], "adaptive");
     assert_eq!(reports[0]["timing"]["cycles"], 1167);
@@ -77,6 +84,7 @@ fn traces_are_the_same_bytes_each_time_and_hold_every_cycle() {
 fn a_real_time_run_is_interrupted_cleanly() {
     let running = Command::new(env!("CARGO_BIN_EXE_uarm"))
         .args(["run", "--rt", "off", "--hold", "60s"])
+        .current_dir(env!("CARGO_TARGET_TMPDIR"))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

@@ -19,7 +19,11 @@ use uarm::study::start::StartVariation;
 use uarm::study::trial::{self, Trial};
 
 fn uarm(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_uarm")).args(arguments).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_uarm"))
+        .args(arguments)
+        .current_dir(env!("CARGO_TARGET_TMPDIR")) // where the logs go
+        .output()
+        .unwrap()
 }
 
 fn standard_output(arguments: &[&str]) -> String {

@@ -8,7 +8,11 @@ use uarm::robot::Robot;
 use uarm::robot::fuzzy_sets::{EMBEDDED, TrainedSets};
 
 fn uarm(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_uarm")).args(arguments).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_uarm"))
+        .args(arguments)
+        .current_dir(env!("CARGO_TARGET_TMPDIR")) // where the logs go
+        .output()
+        .unwrap()
 }
 
 fn standard_error(output: &Output) -> String {

@@ -63,7 +63,7 @@ fn the_motion_over_vcan_is_the_one_in_process_byte_for_byte() {
         drop(robot);
         let trace = in_process.to_str().unwrap();
         let virtual_time = ["run", "--virtual-time", "--controller", law, "--disturbance", "none", "--trace", trace];
-        succeed(Command::new(workshop.uarm()).args(virtual_time).arg("--robot").arg(workshop.robot()));
+        succeed(workshop.command().args(virtual_time).arg("--robot").arg(workshop.robot()));
 
         let (over_vcan, in_process) = (signals_of(&over_vcan), signals_of(&in_process));
         assert!(in_process.len() > 1_000, "{law}: only {} rows", in_process.len());

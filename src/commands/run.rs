@@ -18,6 +18,7 @@ use crate::experiment::report::RunReport;
 use crate::experiment::session::{self, Place, Session};
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
+use crate::run_log::place::LogChoice;
 use crate::signals::StopRequest;
 
 /// Arguments of `uarm run`.
@@ -87,7 +88,11 @@ pub struct Arguments {
     /// Keep the loop on this CPU
     #[arg(long, value_name = "CPU")]
     cpu: Option<usize>,
-    /// Write every signal of every cycle to this file
+    /// Where the run is recorded, as MCAP for Foxglove, `uarm show` and `uarm replay`: a new file, or "none"; without this
+    /// option runs/<time>-<controller>.mcap
+    #[arg(long, value_name = "FILE|none")]
+    log: Option<LogChoice>,
+    /// Also write every signal of every cycle to this file, one row a cycle
     #[arg(long, value_name = "FILE.csv")]
     trace: Option<PathBuf>,
     /// Print the reports as JSON
@@ -167,9 +172,12 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
             None => DisturbanceSite::Plant,
         }),
         realtime: realtime(arguments)?,
+        log: arguments.log.clone().unwrap_or_default(),
         trace: arguments.trace.clone(),
     };
-    session.announce(&robot)?;
+    for line in session.announcement(&robot) {
+        eprintln!("{line}");
+    }
     let mut reports = Vec::new();
     for repetition in 1..=arguments.repeat {
         if stop.is_made() {

@@ -2,8 +2,8 @@
 
 use hinf_control::{BaseMeasurement, Measurement};
 use nalgebra::Vector2;
-use uarm_io::encoder::{Encoder, EncoderConfiguration, EncoderError};
-use uarm_io::estimator::{self, AnyEstimator, RateEstimator};
+use uarm_io::encoder::{Encoder, EncoderConfiguration, EncoderError, EncoderReading};
+use uarm_io::estimator::{self, AnyEstimator, EstimatorState, RateEstimator};
 use uarm_io::time::Duration;
 
 use super::JOINTS;
@@ -20,11 +20,22 @@ struct JointEstimation {
     estimator: AnyEstimator<f64>,
 }
 
+/// The inner state of one joint's encoder and estimator.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointState {
+    /// What the encoder last read; nothing before the first reading.
+    pub encoder: Option<EncoderReading>,
+    /// What the estimator last gave; nothing before the first measurement.
+    pub estimator: EstimatorState<f64>,
+}
+
 /// What the encoders tell in one cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate {
     /// Joints 1 to 3.
     pub joints: [estimator::Estimate<f64>; JOINTS],
+    /// Their angles as the encoders give them, before any filter, rad.
+    pub measured: [f64; JOINTS],
 }
 
 /// An encoder that cannot be believed.
@@ -54,26 +65,40 @@ impl Estimation {
         let elapsed = Duration::try_from_secs_f64(period).unwrap_or(Duration::ZERO);
         let [first, second, third] = &mut self.joints;
         let [one, two, three] = *counts;
-        Ok(Estimate {
-            joints: [
-                first.update(1, one, elapsed, period)?,
-                second.update(2, two, elapsed, period)?,
-                third.update(3, three, elapsed, period)?,
-            ],
-        })
+        let one = first.update(1, one, elapsed, period)?;
+        let two = second.update(2, two, elapsed, period)?;
+        let three = third.update(3, three, elapsed, period)?;
+        Ok(Estimate { joints: [one.1, two.1, three.1], measured: [one.0, two.0, three.0] })
+    }
+
+    /// The whole inner state.
+    pub fn freeze(&self) -> [JointState; JOINTS] {
+        self.joints
+            .each_ref()
+            .map(|joint| JointState { encoder: joint.encoder.freeze(), estimator: joint.estimator.freeze() })
+    }
+
+    /// Goes on from a frozen state.
+    pub fn thaw(&mut self, states: &[JointState; JOINTS]) {
+        for (joint, state) in self.joints.iter_mut().zip(states) {
+            joint.encoder.thaw(state.encoder);
+            joint.estimator.thaw(state.estimator);
+        }
     }
 }
 
 impl JointEstimation {
+    /// The angle as measured, and the estimate.
     fn update(
         &mut self,
         joint: usize,
         raw: i32,
         elapsed: Duration,
         period: f64,
-    ) -> Result<estimator::Estimate<f64>, EstimationError> {
+    ) -> Result<(f64, estimator::Estimate<f64>), EstimationError> {
         let count = self.encoder.update(raw, elapsed).map_err(|source| EstimationError { joint, source })?;
-        Ok(self.estimator.update(self.encoder.angle_of(count), period))
+        let measured = self.encoder.angle_of(count);
+        Ok((measured, self.estimator.update(measured, period)))
     }
 }
 

@@ -12,6 +12,8 @@
 //! | [`estimation`] | from counts to what the laws know of the robot |
 //! | [`guard`] | the limits of the robot, beyond which the run ends |
 //! | [`torque`] | from the law's torque to the drives': limits, per mille, injected disturbance |
+//! | [`signal_path`] | the above in their order, without I/O: what a replay runs again |
+//! | [`keyframe`] | the whole inner state, frozen |
 //! | [`record`] | what a cycle leaves behind |
 //! | [`timing`] | latencies and their verdict |
 #![cfg_attr(
@@ -21,51 +23,40 @@
 
 pub mod estimation;
 pub mod guard;
+pub mod keyframe;
 pub mod motion;
 pub mod progress;
 pub mod record;
 pub mod schedule;
+pub mod signal_path;
 pub mod task_clock;
 pub mod timing;
 pub mod torque;
 
-use hinf_control::{Controller, PerformanceIndices, TrackingError};
 use uarm_io::drive::cia402::Statusword;
 use uarm_io::drive::network::{CycleError, DriveNetwork};
 use uarm_io::link::{Link, LinkError};
-use uarm_io::time::Clock;
-use uarm_io::torque::TorqueError;
+use uarm_io::time::{Clock, Duration, Instant};
 
 use crate::signals::StopRequest;
-use estimation::{Estimation, EstimationError};
-use guard::{Guard, LimitViolation};
-use motion::Motion;
 use progress::Progress;
-use record::{CycleFlags, CycleRecord, Recorder};
+use record::{CycleRecord, HealthRecord, Recorder};
 use schedule::{Overrun, Schedule, Tick};
-use task_clock::TaskClock;
+use signal_path::{SignalFault, SignalPath};
 use timing::{CycleInstants, TimingRecorder};
-use torque::TorqueStage;
 
 /// Joints of the robot, the passive base included.
 pub const JOINTS: usize = 3;
 
+/// How often the whole inner state is recorded: what a replay from the middle of a run loses at most at its beginning.
+pub const KEYFRAME_INTERVAL: Duration = Duration::from_secs(1);
+/// How often the health of bus and drives is recorded: ten times a second shows every heartbeat that is late.
+pub const HEALTH_INTERVAL: Duration = Duration::from_millis(100);
+
 /// What the loop works with. Build it before real time begins: the loop itself allocates nothing.
 pub struct ControlLoop<'a> {
-    /// From counts to measurements.
-    pub estimation: Estimation,
-    /// The desired motion.
-    pub motion: Motion,
-    /// The law.
-    pub controller: &'a mut dyn Controller<f64>,
-    /// From the law's torque to the drives'.
-    pub torque: TorqueStage,
-    /// The robot's limits.
-    pub guard: Guard,
-    /// Time and period as the laws are told them.
-    pub task_clock: TaskClock,
-    /// L2 and E so far.
-    pub indices: PerformanceIndices<f64>,
+    /// From counts to torques.
+    pub path: SignalPath<'a>,
     /// Timing so far.
     pub timing: TimingRecorder,
     /// What others may look at while the loop runs.
@@ -89,15 +80,9 @@ pub enum LoopFault<E: LinkError> {
     /// The drives or the bus.
     #[error(transparent)]
     Drives(#[from] CycleError<E>),
-    /// The encoders.
+    /// The signals: an encoder, a limit of the robot, a torque that cannot be sent.
     #[error(transparent)]
-    Estimation(#[from] EstimationError),
-    /// A limit of the robot.
-    #[error(transparent)]
-    Limit(#[from] LimitViolation),
-    /// A torque that cannot be sent.
-    #[error(transparent)]
-    Torque(#[from] TorqueError),
+    Signals(#[from] SignalFault),
     /// A late cycle.
     #[error(transparent)]
     Overrun(#[from] Overrun),
@@ -116,17 +101,22 @@ impl ControlLoop<'_> {
         schedule: &mut Schedule,
         recorder: &mut impl Recorder,
     ) -> Result<LoopEnd, LoopFault<L::Error>> {
+        let mut occasions = Occasions::default();
+        recorder.keyframe(&self.path.freeze(), clock.now());
         loop {
             let tick = schedule.wait(clock)?;
             if self.stop.is_made() {
                 return Ok(LoopEnd::Interrupted);
             }
-            let record = self.cycle(&tick, drives, clock, schedule)?;
+            let mut record = self.cycle(&tick, drives, clock, schedule)?;
+            let supervised = drives.housekeeping(clock.now());
+            record.instants.done = clock.now();
             recorder.record(&record);
             self.timing.record(&record.instants, tick.elapsed);
             self.progress.publish(&record);
-            drives.housekeeping(clock.now())?;
-            if self.task_clock.next(schedule.period()) >= self.motion.end() {
+            self.occasionally(&mut occasions, drives, record.instants.done, recorder);
+            supervised?;
+            if self.path.task_clock.next(schedule.period()) >= self.path.motion.end() {
                 return Ok(LoopEnd::Completed);
             }
         }
@@ -145,51 +135,45 @@ impl ControlLoop<'_> {
         let feedback = drives.collect(sync_sent + schedule.period().duration())?;
         let counts_in = clock.now();
 
-        let (time, period) = self.task_clock.advance(tick, sync_sent, schedule.period());
-        let estimate = self.estimation.estimate(&feedback.positions, period)?;
-        let measurement = estimate.measurement();
-        let reference = self.motion.at(time);
-        self.guard.check(time, tick.elapsed, &estimate, &reference)?;
+        let signals = self.path.step(tick, sync_sent, &feedback.positions, schedule.period())?;
+        let torque_out = drives.send_torques(signals.torque.sent)?;
 
-        let command = self.controller.update(&measurement, &reference, period);
-        // The first cycle's period is zero, but its torque, too, has a period to rise in.
-        let rise_time = period.max(schedule.period().seconds(1));
-        let torque = self.torque.prepare(command.torque, time, rise_time)?;
-        self.controller.limited(torque.limited.limited);
-        let torque_out = drives.send_torques(torque.sent)?;
-
-        let error = TrackingError::new(&measurement, &reference);
-        if self.motion.is_task(time) {
-            self.indices.record(&error, &torque.limited.applied, schedule.period().seconds(1));
-        }
-        let mut record = CycleRecord {
-            tick: tick.index,
-            time,
-            period,
-            instants: CycleInstants { scheduled: tick.scheduled, woke: tick.woke, sync_sent, counts_in, torque_out },
-            counts: feedback.positions,
-            statuswords: feedback.statuswords.map(Statusword::bits),
-            position: estimate.position(),
-            rate: estimate.rate(),
-            base_acceleration: measurement.base.acceleration,
-            reference_position: reference.position.into(),
-            reference_rate: reference.rate.into(),
-            reference_acceleration: reference.acceleration.into(),
-            control_input: command.control_input.into(),
-            torque_requested: command.torque.into(),
-            torque_applied: torque.limited.applied.into(),
-            torque_sent: torque.sent,
-            disturbance: torque.disturbance.into(),
-            parameters: [0.0; record::PARAMETER_CAPACITY],
-            parameter_count: 0,
-            flags: CycleFlags {
-                limited: torque.limited.limited,
-                projected: command.adaptation.projected,
-                frozen: command.adaptation.frozen,
-                fell_back: command.adaptation.fell_back,
-            },
+        let instants = CycleInstants {
+            scheduled: tick.scheduled,
+            woke: tick.woke,
+            sync_sent,
+            counts_in,
+            torque_out,
+            done: torque_out,
         };
-        record.set_parameters(self.controller.parameters());
+        let statuswords = feedback.statuswords.map(Statusword::bits);
+        let mut record = CycleRecord::new(tick, &instants, &feedback.positions, &statuswords, &signals);
+        record.set_parameters(self.path.controller.parameters());
         Ok(record)
     }
+
+    /// Records what is not worth a record in each cycle.
+    fn occasionally<L: Link>(
+        &self,
+        occasions: &mut Occasions,
+        drives: &DriveNetwork<L, JOINTS>,
+        now: Instant,
+        recorder: &mut impl Recorder,
+    ) {
+        if now >= occasions.next_keyframe {
+            occasions.next_keyframe = now + KEYFRAME_INTERVAL;
+            recorder.keyframe(&self.path.freeze(), now);
+        }
+        if now >= occasions.next_health {
+            occasions.next_health = now + HEALTH_INTERVAL;
+            recorder.health(&HealthRecord { at: now, network: drives.health(), link: drives.link().health() });
+        }
+    }
+}
+
+/// When the next occasional records are due; at the end of the first cycle both are.
+#[derive(Clone, Copy, Debug, Default)]
+struct Occasions {
+    next_keyframe: Instant,
+    next_health: Instant,
 }

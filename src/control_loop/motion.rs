@@ -22,6 +22,16 @@ impl Motion {
         Self { approach: Some(approach), ..self }
     }
 
+    /// The way to the start of the task, if there is one.
+    pub const fn approach(&self) -> Option<&QuinticReference<f64>> {
+        self.approach.as_ref()
+    }
+
+    /// The task.
+    pub const fn task_reference(&self) -> &QuinticReference<f64> {
+        &self.task
+    }
+
     /// The task time at which the motion begins, s: zero, or minus the duration of the approach.
     pub fn start(&self) -> f64 {
         self.approach.map_or(0.0, |approach| -approach.duration())

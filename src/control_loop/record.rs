@@ -1,6 +1,14 @@
 //! What one cycle leaves behind: a fixed-size record, handed over without waiting.
 
-use crate::control_loop::timing::CycleInstants;
+use uarm_io::drive::network::NetworkHealth;
+use uarm_io::link::LinkHealth;
+use uarm_io::time::Instant;
+
+use super::JOINTS;
+use super::keyframe::Keyframe;
+use super::schedule::Tick;
+use super::signal_path::Signals;
+use super::timing::CycleInstants;
 
 /// The most adapted parameters that a law has: two fuzzy systems of nine rules with three consequents each.
 pub const PARAMETER_CAPACITY: usize = 54;
@@ -11,6 +19,8 @@ pub const PARAMETER_CAPACITY: usize = 54;
 pub struct CycleRecord {
     /// Ticks since the start of the run.
     pub tick: u64,
+    /// Ticks since the previous cycle: 1 unless some were skipped, 0 in the first cycle.
+    pub elapsed_ticks: u64,
     /// Task time: when the reference was evaluated, s.
     pub time: f64,
     /// The period that estimators and laws were told, s; 0 on the first cycle.
@@ -21,7 +31,9 @@ pub struct CycleRecord {
     pub counts: [i32; 3],
     /// CiA 402 statuswords.
     pub statuswords: [u16; 3],
-    /// Joint angles from the encoders, rad.
+    /// Joint angles as the encoders give them, rad.
+    pub measured_position: [f64; 3],
+    /// Estimated joint angles, rad: some estimators filter them.
     pub position: [f64; 3],
     /// Estimated joint rates, rad/s.
     pub rate: [f64; 3],
@@ -58,13 +70,67 @@ pub struct CycleFlags {
     pub limited: [bool; 2],
     /// The projection held Φ at the border of its set.
     pub projected: bool,
+    /// Φ is on or beyond the border of that set.
+    pub at_bound: bool,
     /// Φ stood still because the torque was limited.
     pub frozen: bool,
     /// The law met a non-finite value and used its fallback.
     pub fell_back: bool,
 }
 
+/// What was seen of bus and drives until `at`.
+#[derive(Clone, Copy, Debug)]
+pub struct HealthRecord {
+    /// When.
+    pub at: Instant,
+    /// The drives, as their master sees them.
+    pub network: NetworkHealth<JOINTS>,
+    /// The interface, as far as the link knows one.
+    pub link: LinkHealth,
+}
+
 impl CycleRecord {
+    /// The record of one cycle, but for the adapted parameters.
+    pub fn new(
+        tick: &Tick,
+        instants: &CycleInstants,
+        counts: &[i32; JOINTS],
+        statuswords: &[u16; JOINTS],
+        signals: &Signals,
+    ) -> Self {
+        let Signals { time, period, estimate, measurement, reference, command, torque } = signals;
+        Self {
+            tick: tick.index,
+            elapsed_ticks: tick.elapsed,
+            time: *time,
+            period: *period,
+            instants: *instants,
+            counts: *counts,
+            statuswords: *statuswords,
+            measured_position: estimate.measured,
+            position: estimate.position(),
+            rate: estimate.rate(),
+            base_acceleration: measurement.base.acceleration,
+            reference_position: reference.position.into(),
+            reference_rate: reference.rate.into(),
+            reference_acceleration: reference.acceleration.into(),
+            control_input: command.control_input.into(),
+            torque_requested: command.torque.into(),
+            torque_applied: torque.limited.applied.into(),
+            torque_sent: torque.sent,
+            disturbance: torque.disturbance.into(),
+            parameters: [0.0; PARAMETER_CAPACITY],
+            parameter_count: 0,
+            flags: CycleFlags {
+                limited: torque.limited.limited,
+                projected: command.adaptation.projected,
+                at_bound: command.adaptation.at_bound,
+                frozen: command.adaptation.frozen,
+                fell_back: command.adaptation.fell_back,
+            },
+        }
+    }
+
     /// Takes over the adapted parameters Φ of a law; those beyond [`PARAMETER_CAPACITY`] are left out.
     pub fn set_parameters(&mut self, parameters: &[f64]) {
         self.parameter_count = parameters.len().min(PARAMETER_CAPACITY);
@@ -83,6 +149,12 @@ impl CycleRecord {
 pub trait Recorder {
     /// Takes one record.
     fn record(&mut self, record: &CycleRecord);
+
+    /// Takes the whole inner state as it is at `at`, between two cycles.
+    fn keyframe(&mut self, _keyframe: &Keyframe, _at: Instant) {}
+
+    /// Takes the health of bus and drives.
+    fn health(&mut self, _health: &HealthRecord) {}
 }
 
 /// Keeps nothing.
@@ -102,5 +174,44 @@ impl Recorder for Vec<CycleRecord> {
 impl<R: Recorder + ?Sized> Recorder for &mut R {
     fn record(&mut self, record: &CycleRecord) {
         (**self).record(record);
+    }
+    fn keyframe(&mut self, keyframe: &Keyframe, at: Instant) {
+        (**self).keyframe(keyframe, at);
+    }
+    fn health(&mut self, health: &HealthRecord) {
+        (**self).health(health);
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A record of nothing.
+    pub(crate) fn record() -> CycleRecord {
+        CycleRecord {
+            tick: 0,
+            elapsed_ticks: 0,
+            time: 0.0,
+            period: 0.0,
+            instants: CycleInstants::default(),
+            counts: [0; 3],
+            statuswords: [0; 3],
+            measured_position: [0.0; 3],
+            position: [0.0; 3],
+            rate: [0.0; 3],
+            base_acceleration: 0.0,
+            reference_position: [0.0; 2],
+            reference_rate: [0.0; 2],
+            reference_acceleration: [0.0; 2],
+            control_input: [0.0; 2],
+            torque_requested: [0.0; 2],
+            torque_applied: [0.0; 2],
+            torque_sent: [0; 3],
+            disturbance: [0.0; 2],
+            parameters: [0.0; PARAMETER_CAPACITY],
+            parameter_count: 0,
+            flags: CycleFlags::default(),
+        }
     }
 }

@@ -19,39 +19,63 @@ pub enum PeriodSource {
 pub struct TaskClock {
     source: PeriodSource,
     start: f64,
-    time: f64,
-    previous_sync: Option<Instant>,
-    previous_tick: u64,
+    state: TaskClockState,
+}
+
+/// What a task clock remembers of the previous cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TaskClockState {
+    /// Its task time, s.
+    pub time: f64,
+    /// Its SYNC; nothing before the first cycle.
+    pub previous_sync: Option<Instant>,
+    /// Its tick.
+    pub previous_tick: u64,
 }
 
 impl TaskClock {
     /// A task clock that begins at `start`, s.
     pub const fn new(source: PeriodSource, start: f64) -> Self {
-        Self { source, start, time: start, previous_sync: None, previous_tick: 0 }
+        Self { source, start, state: TaskClockState { time: start, previous_sync: None, previous_tick: 0 } }
     }
 
     /// Goes on to this cycle. Returns its task time and the period since the previous one, zero in the first cycle, both
     /// in seconds.
     pub fn advance(&mut self, tick: &Tick, sync_sent: Instant, nominal: Period) -> (f64, f64) {
-        let period = match (self.previous_sync, self.source) {
+        let period = match (self.state.previous_sync, self.source) {
             (None, _) => 0.0,
             (Some(_), PeriodSource::Scheduled) => nominal.seconds(tick.elapsed),
             (Some(previous), PeriodSource::Measured) => sync_sent.since(previous).as_secs_f64(),
         };
-        self.time = match self.source {
+        self.state.time = match self.source {
             PeriodSource::Scheduled => self.start + nominal.seconds(tick.index),
-            PeriodSource::Measured => self.time + period,
+            PeriodSource::Measured => self.state.time + period,
         };
-        self.previous_sync = Some(sync_sent);
-        self.previous_tick = tick.index;
-        (self.time, period)
+        self.state.previous_sync = Some(sync_sent);
+        self.state.previous_tick = tick.index;
+        (self.state.time, period)
+    }
+
+    /// Begins anew at `start`, s.
+    pub const fn restart(&mut self, start: f64) {
+        *self = Self::new(self.source, start);
+    }
+
+    /// The whole inner state.
+    pub const fn freeze(&self) -> TaskClockState {
+        self.state
+    }
+
+    /// Goes on from a frozen state.
+    pub const fn thaw(&mut self, state: TaskClockState) {
+        self.state = state;
     }
 
     /// The task time of the next cycle if it comes in time, s.
     pub fn next(&self, nominal: Period) -> f64 {
         match self.source {
-            PeriodSource::Scheduled => self.start + nominal.seconds(self.previous_tick.saturating_add(1)),
-            PeriodSource::Measured => self.time + nominal.seconds(1),
+            PeriodSource::Scheduled => self.start + nominal.seconds(self.state.previous_tick.saturating_add(1)),
+            PeriodSource::Measured => self.state.time + nominal.seconds(1),
         }
     }
 }

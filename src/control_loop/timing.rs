@@ -22,6 +22,8 @@ pub struct CycleInstants {
     pub counts_in: Instant,
     /// When the last torque was handed to the link.
     pub torque_out: Instant,
+    /// When the cycle had nothing left to do but to record itself.
+    pub done: Instant,
 }
 
 /// The latencies of one kind, in nanoseconds.
@@ -196,7 +198,7 @@ mod tests {
         let scheduled = Instant::from_nanoseconds(scheduled_ms * 1_000_000);
         let woke = scheduled + Duration::from_micros(wake_us);
         let torque_out = scheduled + Duration::from_micros(total_us);
-        CycleInstants { scheduled, woke, sync_sent: woke, counts_in: torque_out, torque_out }
+        CycleInstants { scheduled, woke, sync_sent: woke, counts_in: torque_out, torque_out, done: torque_out }
     }
 
     #[test]

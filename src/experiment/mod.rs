@@ -17,12 +17,13 @@ pub mod statistics;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use anyhow::Context;
-use hinf_control::{Law, PerformanceIndices, QuinticReference, TorqueLimiter, TorqueLimits};
+use hinf_control::{Controller, Law, PerformanceIndices, QuinticReference, TorqueLimiter, TorqueLimits};
 use nalgebra::Vector2;
 use sim::Disturbance;
 use uarm_io::drive::network::{Confirmation, DriveNetwork, StopReport};
 use uarm_io::encoder::Encoder;
 use uarm_io::link::Link;
+use uarm_io::realtime::PageFaults;
 use uarm_io::time::{Clock, Duration};
 
 use crate::control_loop::estimation::Estimation;
@@ -31,6 +32,7 @@ use crate::control_loop::motion::Motion;
 use crate::control_loop::progress::Progress;
 use crate::control_loop::record::Recorder;
 use crate::control_loop::schedule::{OverrunPolicy, Schedule};
+use crate::control_loop::signal_path::SignalPath;
 use crate::control_loop::task_clock::{PeriodSource, TaskClock};
 use crate::control_loop::timing::{TimingRecorder, TimingSummary};
 use crate::control_loop::torque::{DisturbanceSite, TorqueStage};
@@ -75,6 +77,8 @@ pub struct Outcome {
     pub limited_cycles: u64,
     /// Timing.
     pub timing: TimingSummary,
+    /// Page faults of the loop's thread between its first cycle and its last.
+    pub page_faults: PageFaults,
 }
 
 /// How an experiment ended, and what came of it until then.
@@ -106,17 +110,7 @@ where
 {
     let mut controller = crate::controllers::build(settings.law, robot, settings.guard)?;
     let mut control_loop = ControlLoop {
-        estimation: Estimation::new(robot.joints.each_ref().map(|joint| (joint.encoder, joint.estimator))),
-        motion: robot.task.motion(),
-        controller: &mut controller,
-        torque: torque_stage(robot, settings)?,
-        guard: Guard {
-            joints: robot.joints.each_ref().map(|joint| joint.limits),
-            tracking_error: robot.tracking_error_limit,
-            start_tolerance: robot.task.start_tolerance,
-        },
-        task_clock: TaskClock::new(settings.period_source, 0.0),
-        indices: PerformanceIndices::new(),
+        path: signal_path(robot, settings, &mut controller)?,
         timing: TimingRecorder::new(robot.period.duration()),
         progress,
         stop,
@@ -126,13 +120,17 @@ where
 
     let started = drives.start(clock).map_err(anyhow::Error::new).context("the drives could not be started");
     let motion = started.and_then(|started| motion(robot, settings, started.drives.map(|drive| drive.position)));
+    let mut page_faults = PageFaults::default();
     let end = match motion {
         Ok(motion) => {
-            control_loop.motion = motion;
-            control_loop.task_clock = TaskClock::new(settings.period_source, motion.start());
+            control_loop.path.motion = motion;
+            control_loop.path.task_clock = TaskClock::new(settings.period_source, motion.start());
             let mut schedule = Schedule::new(clock.now() + robot.period.duration(), robot.period, settings.overrun);
-            catch_unwind(AssertUnwindSafe(|| control_loop.run(&mut drives, clock, &mut schedule, &mut statistics)))
-                .map(|end| end.map_err(anyhow::Error::new))
+            let faults_before = PageFaults::of_this_thread();
+            let end =
+                catch_unwind(AssertUnwindSafe(|| control_loop.run(&mut drives, clock, &mut schedule, &mut statistics)));
+            page_faults = PageFaults::of_this_thread().since(faults_before);
+            end.map(|end| end.map_err(anyhow::Error::new))
         }
         Err(error) => Ok(Err(error)),
     };
@@ -140,14 +138,39 @@ where
     // A bug in the loop must not leave the motors on, so its panic goes on only now.
     let end = end.unwrap_or_else(|panic| resume_unwind(panic));
     let outcome = Outcome {
-        indices: Indices { l2: control_loop.indices.tracking(), e: control_loop.indices.torque() },
+        indices: Indices { l2: control_loop.path.indices.tracking(), e: control_loop.path.indices.torque() },
         final_error: statistics.final_error,
         peak_torque: statistics.peak_torque,
         base_drift: statistics.base_drift(),
         limited_cycles: statistics.limited_cycles,
         timing: control_loop.timing.summary(),
+        page_faults,
     };
     Ok((Finished { end, outcome, stop: describe(&stop_report) }, statistics.into_next()))
+}
+
+/// The way from counts to torques of an experiment without an approach, in its initial state.
+///
+/// # Errors
+/// If the robot file's torque limits are none.
+pub fn signal_path<'a>(
+    robot: &Robot,
+    settings: &Settings,
+    controller: &'a mut dyn Controller<f64>,
+) -> anyhow::Result<SignalPath<'a>> {
+    Ok(SignalPath {
+        estimation: Estimation::new(robot.joints.each_ref().map(|joint| (joint.encoder, joint.estimator))),
+        motion: robot.task.motion(),
+        controller,
+        torque: torque_stage(robot, settings)?,
+        guard: Guard {
+            joints: robot.joints.each_ref().map(|joint| joint.limits),
+            tracking_error: robot.tracking_error_limit,
+            start_tolerance: robot.task.start_tolerance,
+        },
+        task_clock: TaskClock::new(settings.period_source, 0.0),
+        indices: PerformanceIndices::new(),
+    })
 }
 
 /// The motion from where the encoders say that the joints are.

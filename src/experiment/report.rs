@@ -1,6 +1,7 @@
 //! What a run tells when it is over.
 
 use std::io::{self, Write};
+use std::path::PathBuf;
 
 use hinf_control::Law;
 use serde::Serialize;
@@ -19,6 +20,8 @@ pub struct RunReport {
     pub controller: &'static str,
     /// How it ended.
     pub end: String,
+    /// The first cause of an end that was not asked for.
+    pub fault: Option<String>,
     /// Did it end as planned?
     pub completed: bool,
     /// The indices over the task's duration.
@@ -41,6 +44,11 @@ pub struct RunReport {
     pub timing_verdict: Option<Verdict>,
     /// The bus, computed from the robot file.
     pub bus: BusReport,
+    /// Page faults of the loop's thread between its first cycle and its last; with locked memory there are none. In
+    /// virtual time they do not matter, and are not told.
+    pub page_faults: Option<u64>,
+    /// The log.
+    pub log: Option<PathBuf>,
     /// Records that a log or trace lost.
     pub records_dropped: u64,
     /// Files that could not be written, and other losses.
@@ -88,6 +96,22 @@ impl RunReport {
         self.records_dropped > 0 || !self.losses.is_empty()
     }
 
+    /// The figures of the report by name, for the log.
+    pub fn figures(&self) -> Vec<(String, String)> {
+        let Indices { l2, e } = self.indices;
+        let timing = &self.timing;
+        let mut figures = vec![
+            ("l2", l2.to_string()),
+            ("e_nm_s", e.to_string()),
+            ("cycles", timing.cycles.to_string()),
+            ("missed_deadlines", timing.missed_deadlines.to_string()),
+            ("skipped_ticks", timing.skipped_ticks.to_string()),
+            ("limited_cycles", self.limited_cycles.to_string()),
+        ];
+        figures.extend(self.page_faults.map(|faults| ("page_faults", faults.to_string())));
+        figures.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    }
+
     /// Prints the report for people.
     ///
     /// # Errors
@@ -104,6 +128,9 @@ impl RunReport {
             writeln!(output, "  torque limited     in {} cycles", self.limited_cycles)?;
         }
         self.print_timing(output)?;
+        if let Some(log) = &self.log {
+            writeln!(output, "  log                {}", log.display())?;
+        }
         for loss in &self.losses {
             writeln!(output, "  LOST               {loss}")?;
         }
@@ -140,6 +167,9 @@ impl RunReport {
                 print_latency(output, "wake-up", &timing.wake_up)?;
                 print_latency(output, "SYNC to counts", &timing.answer)?;
                 print_latency(output, "total", &timing.total)?;
+                if let Some(faults) = self.page_faults {
+                    writeln!(output, "  page faults        {faults} in the loop")?;
+                }
                 writeln!(output, "  verdict            {}: {}", verdict_word(verdict), timing.advice())?;
             }
         }

@@ -9,24 +9,29 @@ use anyhow::Context;
 use hinf_control::Law;
 use indicatif::{ProgressBar, ProgressStyle};
 use sim::{Disturbance, VirtualClock};
-use uarm_io::finding::Finding;
-use uarm_io::link::Link;
+use uarm_io::link::{Link, ObservedLink};
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::realtime::{Priority, Processor, RealtimePolicy, RealtimeSettings, RealtimeThread};
-use uarm_io::time::Clock;
+use uarm_io::time::{Clock, Instant};
 
 use super::report::{BusReport, ClockKind, Indices, RunReport};
 use super::{Finished, Settings, embedded, hardware};
 use crate::commands::run::{PlantChoice, RealtimeChoice};
 use crate::control_loop::LoopEnd;
 use crate::control_loop::progress::Progress;
-use crate::control_loop::record::{CycleRecord, Recorder};
+use crate::control_loop::record::NoRecorder;
 use crate::control_loop::schedule::OverrunPolicy;
 use crate::control_loop::task_clock::PeriodSource;
 use crate::control_loop::torque::DisturbanceSite;
 use crate::controllers::AdaptationGuard;
-use crate::recording::{self, FullQueue, QueueRecorder, Sink};
+use crate::recording::{
+    self, FrameRecorder, FullQueue, Leftovers, LoopRecorder, Notebook, Recording, RunEnd, Severity, Sink, Writer,
+};
 use crate::robot::Robot;
+use crate::run_log::description::{RealtimeRequest, RunDescription};
+use crate::run_log::place::LogChoice;
+use crate::run_log::time_axis::TimeAxis;
+use crate::run_log::writer::LogWriter;
 use crate::signals::StopRequest;
 use crate::trace::TraceWriter;
 
@@ -63,6 +68,15 @@ impl Realtime {
         let processor = processor.map(Processor::new).transpose().context("--cpu")?;
         Ok(Self(RealtimeSettings { policy, priority, processor }))
     }
+
+    fn request(&self) -> RealtimeRequest {
+        let RealtimeSettings { policy, priority, processor } = &self.0;
+        RealtimeRequest {
+            policy: policy.to_string(),
+            priority: priority.to_string(),
+            processor: processor.map_or_else(|| "any".to_owned(), |processor| processor.to_string()),
+        }
+    }
 }
 
 /// A series of experiments.
@@ -86,28 +100,24 @@ pub struct Session {
     pub disturbance_site: DisturbanceSite,
     /// Scheduling of the loop.
     pub realtime: Realtime,
+    /// The log.
+    pub log: LogChoice,
     /// The trace file.
     pub trace: Option<PathBuf>,
 }
 
 impl Session {
-    /// Tells what is about to move, and within which limits, before anything does.
-    ///
-    /// # Errors
-    /// If standard error cannot be written.
-    pub fn announce(&self, robot: &Robot) -> io::Result<()> {
-        let mut output = io::stderr().lock();
-        writeln!(output, "{}: controller {} ({})", robot.name, self.law.name(), self.law.description())?;
-        let place = match &self.place {
-            Place::Interface(interface) => format!("real drives on {interface}: MOTORS WILL MOVE"),
-            Place::EmbeddedReal(plant) => format!("the embedded robot ({}), in real time", plant_name(*plant)),
-            Place::EmbeddedVirtual(plant) => format!("the embedded robot ({}), in virtual time", plant_name(*plant)),
-        };
-        writeln!(output, "on {place}")?;
+    /// What is about to move, and within which limits, line by line.
+    pub fn announcement(&self, robot: &Robot) -> Vec<String> {
+        let mut lines = vec![format!("{}: controller {} ({})", robot.name, self.law.name(), self.law.description())];
+        lines.push(match &self.place {
+            Place::Interface(interface) => format!("on real drives on {interface}: MOTORS WILL MOVE"),
+            Place::EmbeddedReal(plant) => format!("on the embedded robot ({}), in real time", plant_name(*plant)),
+            Place::EmbeddedVirtual(plant) => format!("on the embedded robot ({}), in virtual time", plant_name(*plant)),
+        });
         for joint in robot.joints.iter().filter(|joint| joint.torque_limit > 0.0) {
             let [least, most] = joint.limits.position;
-            writeln!(
-                output,
+            lines.push(format!(
                 "  {}: torque +-{} N m, {} N m/s; rate +-{:.0} deg/s; angle {:.0} to {:.0} deg",
                 joint.name,
                 joint.torque_limit,
@@ -115,17 +125,17 @@ impl Session {
                 joint.limits.rate.to_degrees(),
                 least.to_degrees(),
                 most.to_degrees()
-            )?;
+            ));
         }
         let period = robot.period.duration();
         let bus = robot.bus.time;
-        writeln!(
-            output,
+        lines.push(format!(
             "  period {period:?}; bus {:.0} us of it at {} bit/s; tracking error at most {:.0} deg",
             bus.cyclic.as_secs_f64() * 1e6,
             robot.bus.bit_rate.bits_per_second(),
             robot.tracking_error_limit.to_degrees()
-        )
+        ));
+        lines
     }
 
     /// Runs one experiment of `of`.
@@ -133,67 +143,101 @@ impl Session {
     /// # Errors
     /// If it cannot be begun, or a file cannot be opened.
     pub fn run(&self, robot: &Robot, number: u32, of: u32, stop: &StopRequest) -> anyhow::Result<RunReport> {
-        let virtual_time = matches!(self.place, Place::EmbeddedVirtual(_));
-        let full_queue = if virtual_time { FullQueue::Wait } else { FullQueue::Drop };
-        let sinks = self.sinks(number, of)?;
-        let (recorder, writer) = match sinks.is_empty() {
-            true => (None, None),
-            false => {
-                let (recorder, writer) = recording::start(sinks, full_queue).context("the writer thread")?;
-                (Some(recorder), Some(writer))
+        let virtual_time = self.is_virtual();
+        let Recorded { log, recording } = self.recorded(robot, number, of)?;
+        let (mut tape, writer) = match recording {
+            Some(Recording { loop_recorder, frame_recorder, writer }) => {
+                (Some(Tape { loop_recorder, frame_recorder }), Some(writer))
             }
+            None => (None, None),
         };
         let progress = Progress::default();
         let finished = thread::scope(|scope| {
-            let run = || self.place(robot, recorder, &progress, stop);
+            let (tape, notebook, progress) = (tape.as_mut(), writer.as_ref().map(Writer::notebook), &progress);
+            let run = move || Start { session: self, robot, tape, notebook, progress, stop }.run();
             let experiment = thread::Builder::new().name("uarm-loop".into()).spawn_scoped(scope, run)?;
             if !virtual_time {
-                show_progress(&progress, robot.task.motion().end(), || experiment.is_finished());
+                show_progress(progress, robot.task.motion().end(), || experiment.is_finished());
             }
             experiment.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
         });
-        let (finished, recorder) = finished?;
-        let failures = writer.map(recording::Writer::finish).unwrap_or_default();
-        let mut report = self.report(robot, finished);
-        report.records_dropped = recorder.map_or(0, |recorder| recorder.dropped());
-        report.losses = failures.iter().map(ToString::to_string).collect();
-        if report.records_dropped > 0 {
-            report.losses.push(format!("{} records did not fit the queue to the writer", report.records_dropped));
+        let leftovers =
+            tape.map_or_else(Leftovers::default, |tape| Leftovers::of(tape.loop_recorder, tape.frame_recorder));
+        let report = finished.map(|finished| self.report(robot, finished, log));
+        let end = run_end(&report, &leftovers, writer.as_ref().map_or(0, Writer::dropped));
+        let dropped = end.dropped;
+        let losses = writer.map(|writer| writer.finish(leftovers, end)).unwrap_or_default();
+        let mut report = report?;
+        report.records_dropped = dropped;
+        report.losses = losses;
+        if dropped > 0 {
+            report.losses.push(format!("{dropped} records found no room in queue and ring: the disk is too slow"));
         }
         Ok(report)
     }
 
-    fn sinks(&self, number: u32, of: u32) -> anyhow::Result<Vec<Box<dyn Sink>>> {
-        let Some(path) = &self.trace else { return Ok(Vec::new()) };
-        let path = if of == 1 { path.clone() } else { numbered(path, number) };
-        let file = std::fs::File::create(&path).with_context(|| format!("--trace {}", path.display()))?;
-        Ok(vec![Box::new(TraceWriter::new(io::BufWriter::new(file)))])
+    fn is_virtual(&self) -> bool {
+        matches!(self.place, Place::EmbeddedVirtual(_))
     }
 
-    fn place(
+    /// Opens what the run is recorded in.
+    fn recorded(&self, robot: &Robot, number: u32, of: u32) -> anyhow::Result<Recorded> {
+        let file = |path: &PathBuf| if of == 1 { path.clone() } else { numbered(path, number) };
+        let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+        let choice = match &self.log {
+            LogChoice::File(path) => LogChoice::File(file(path)),
+            choice => choice.clone(),
+        };
+        let log = choice.create(self.law.name())?;
+        if let Some((path, output)) = &log {
+            let output = output.try_clone().with_context(|| path.display().to_string())?;
+            sinks.push(Box::new(self.log_writer(robot, output, path)?));
+        }
+        if let Some(path) = &self.trace {
+            let path = file(path);
+            let output = std::fs::File::create(&path).with_context(|| format!("--trace {}", path.display()))?;
+            sinks.push(Box::new(TraceWriter::new(io::BufWriter::new(output))));
+        }
+        if sinks.is_empty() {
+            return Ok(Recorded { log: None, recording: None });
+        }
+        let full_queue = if self.is_virtual() { FullQueue::Wait } else { FullQueue::Keep };
+        let recording = recording::start(sinks, full_queue).context("the writer thread")?;
+        Ok(Recorded { log: log.map(|(path, _)| path), recording: Some(recording) })
+    }
+
+    fn log_writer(
         &self,
         robot: &Robot,
-        recorder: Option<QueueRecorder>,
-        progress: &Progress,
-        stop: &StopRequest,
-    ) -> anyhow::Result<(Finished, Option<QueueRecorder>)> {
-        let start = Start { session: self, robot, recorder, progress, stop };
+        output: std::fs::File,
+        path: &std::path::Path,
+    ) -> anyhow::Result<LogWriter<std::fs::File>> {
+        let (axis, start) = match self.is_virtual() {
+            true => (TimeAxis::simulated(), Instant::default()),
+            false => (TimeAxis::monotonic(), MonotonicClock.now()),
+        };
+        let run = RunDescription { settings: self.settings(), place: self.place_name(), axis, robot: robot.clone() };
+        LogWriter::new(output, path, &run, &self.realtime.request(), start, &self.announcement(robot))
+            .with_context(|| format!("the log {}", path.display()))
+    }
+
+    fn settings(&self) -> Settings {
+        Settings {
+            law: self.law,
+            guard: self.guard,
+            overrun: self.overrun,
+            period_source: self.period_source,
+            approach: self.approach,
+            disturbance: self.disturbance,
+            disturbance_site: self.disturbance_site,
+        }
+    }
+
+    fn place_name(&self) -> String {
         match &self.place {
-            Place::EmbeddedVirtual(plant) => {
-                let clock = VirtualClock::default();
-                let link = embedded::link(robot, *plant, self.plant_disturbance(), clock.clone())?;
-                start.run(link, clock)
-            }
-            Place::EmbeddedReal(plant) => {
-                let link = embedded::link(robot, *plant, self.plant_disturbance(), MonotonicClock)?;
-                let _thread = self.enter_real_time()?;
-                start.run(link, MonotonicClock)
-            }
-            Place::Interface(interface) => {
-                let link = hardware::link(robot, interface)?;
-                let _thread = self.enter_real_time()?;
-                start.run(link, MonotonicClock)
-            }
+            Place::Interface(interface) => interface.clone(),
+            Place::EmbeddedReal(plant) => format!("embedded {}", plant_name(*plant)),
+            Place::EmbeddedVirtual(plant) => format!("embedded {}, virtual time", plant_name(*plant)),
         }
     }
 
@@ -204,25 +248,27 @@ impl Session {
         }
     }
 
-    fn enter_real_time(&self) -> anyhow::Result<RealtimeThread> {
+    fn enter_real_time(&self, notebook: Option<&Notebook>) -> anyhow::Result<RealtimeThread> {
         let thread = RealtimeThread::enter(&self.realtime.0)?;
-        for missing in thread.report().iter().filter(|finding| !finding.how_to_get_it.is_empty()) {
-            note(missing);
+        for finding in thread.report() {
+            let is_missing = !finding.how_to_get_it.is_empty();
+            let text = format!("real time: {finding}");
+            if is_missing {
+                eprintln!("  {text}");
+            }
+            if let Some(notebook) = notebook {
+                notebook.add(if is_missing { Severity::Warning } else { Severity::Info }, text);
+            }
         }
         Ok(thread)
     }
 
-    fn report(&self, robot: &Robot, finished: Finished) -> RunReport {
+    fn report(&self, robot: &Robot, finished: Finished, log: Option<PathBuf>) -> RunReport {
         let outcome = finished.outcome;
-        let (completed, end) = match &finished.end {
-            Ok(LoopEnd::Completed) => (true, "completed".to_owned()),
-            Ok(LoopEnd::Interrupted) => (false, format!("interrupted; {}", finished.stop)),
-            Err(error) => (false, format!("FAILED: {error:#}; {}", finished.stop)),
-        };
-        let plant = match &self.place {
-            Place::Interface(interface) => interface.clone(),
-            Place::EmbeddedReal(plant) => format!("embedded {}", plant_name(*plant)),
-            Place::EmbeddedVirtual(plant) => format!("embedded {}, virtual time", plant_name(*plant)),
+        let (completed, end, fault) = match &finished.end {
+            Ok(LoopEnd::Completed) => (true, "completed".to_owned(), None),
+            Ok(LoopEnd::Interrupted) => (false, format!("interrupted; {}", finished.stop), None),
+            Err(error) => (false, format!("FAILED: {error:#}; {}", finished.stop), Some(format!("{error:#}"))),
         };
         let clock = match self.place {
             Place::EmbeddedVirtual(_) => ClockKind::Virtual,
@@ -231,9 +277,10 @@ impl Session {
         let bus = robot.bus.time;
         RunReport {
             robot: robot.name.clone(),
-            plant,
+            plant: self.place_name(),
             controller: self.law.name(),
             end,
+            fault,
             completed,
             indices: outcome.indices,
             paper: Indices::published(self.law),
@@ -245,49 +292,94 @@ impl Session {
             clock,
             timing_verdict: (clock == ClockKind::Monotonic).then(|| outcome.timing.verdict()),
             bus: BusReport { time_per_cycle_us: bus.cyclic.as_secs_f64() * 1e6, load: bus.load },
+            page_faults: (clock == ClockKind::Monotonic)
+                .then_some(outcome.page_faults.minor + outcome.page_faults.major),
+            log,
             records_dropped: 0,
             losses: Vec::new(),
         }
     }
 }
 
-/// All that an experiment needs beside a link and a clock.
+/// What a run is recorded in.
+struct Recorded {
+    log: Option<PathBuf>,
+    recording: Option<Recording>,
+}
+
+/// The loop's side of a recording.
+struct Tape {
+    loop_recorder: LoopRecorder,
+    frame_recorder: FrameRecorder,
+}
+
+/// The end of a run, as the log keeps it.
+fn run_end(report: &anyhow::Result<RunReport>, leftovers: &Leftovers, dropped: u64) -> RunEnd {
+    let (text, fault, figures) = match report {
+        Ok(report) => (report.end.clone(), report.fault.clone(), report.figures()),
+        Err(error) => (format!("FAILED: {error:#}"), Some(format!("{error:#}")), Vec::new()),
+    };
+    let count = |kept: usize| u64::try_from(kept).unwrap_or(u64::MAX);
+    RunEnd {
+        text,
+        fault,
+        figures,
+        cycles_kept: count(leftovers.cycles.len()),
+        frames_kept: count(leftovers.frames.len()),
+        dropped,
+    }
+}
+
+/// All that an experiment needs.
 struct Start<'a> {
     session: &'a Session,
     robot: &'a Robot,
-    recorder: Option<QueueRecorder>,
+    tape: Option<&'a mut Tape>,
+    notebook: Option<Notebook>,
     progress: &'a Progress,
     stop: &'a StopRequest,
 }
 
 impl Start<'_> {
-    fn run<L: Link, C: Clock>(self, link: L, mut clock: C) -> anyhow::Result<(Finished, Option<QueueRecorder>)>
+    /// On the loop's thread.
+    fn run(self) -> anyhow::Result<Finished> {
+        let Session { place, .. } = self.session;
+        let (robot, disturbance) = (self.robot, self.session.plant_disturbance());
+        match place {
+            Place::EmbeddedVirtual(plant) => {
+                let clock = VirtualClock::default();
+                let link = embedded::link(robot, *plant, disturbance, clock.clone())?;
+                self.on(link, clock)
+            }
+            Place::EmbeddedReal(plant) => {
+                let link = embedded::link(robot, *plant, disturbance, MonotonicClock)?;
+                let _thread = self.session.enter_real_time(self.notebook.as_ref())?;
+                self.on(link, MonotonicClock)
+            }
+            Place::Interface(interface) => {
+                let link = hardware::link(robot, interface)?;
+                let _thread = self.session.enter_real_time(self.notebook.as_ref())?;
+                self.on(link, MonotonicClock)
+            }
+        }
+    }
+
+    fn on<L: Link, C: Clock>(self, link: L, mut clock: C) -> anyhow::Result<Finished>
     where
         L::Error: Send + Sync + 'static,
     {
-        let settings = Settings {
-            law: self.session.law,
-            guard: self.session.guard,
-            overrun: self.session.overrun,
-            period_source: self.session.period_source,
-            approach: self.session.approach,
-            disturbance: self.session.disturbance,
-            disturbance_site: self.session.disturbance_site,
+        let Self { session, robot, tape, progress, stop, .. } = self;
+        let settings = session.settings();
+        let finished = match tape {
+            Some(Tape { loop_recorder, frame_recorder }) => {
+                let link =
+                    ObservedLink::new(link, |direction, frame: &_, at| frame_recorder.record(direction, frame, at));
+                super::run(robot, &settings, link, &mut clock, loop_recorder, progress, stop)?.0
+            }
+            None => super::run(robot, &settings, link, &mut clock, NoRecorder, progress, stop)?.0,
         };
-        super::run(self.robot, &settings, link, &mut clock, self.recorder, self.progress, self.stop)
+        Ok(finished)
     }
-}
-
-impl<R: Recorder> Recorder for Option<R> {
-    fn record(&mut self, record: &CycleRecord) {
-        if let Some(recorder) = self {
-            recorder.record(record);
-        }
-    }
-}
-
-fn note(finding: &Finding) {
-    eprintln!("  real time: {finding}");
 }
 
 /// What a plant is called.

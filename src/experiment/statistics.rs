@@ -1,6 +1,9 @@
 //! What a report tells of the motion, collected cycle by cycle without allocation.
 
-use crate::control_loop::record::{CycleRecord, Recorder};
+use uarm_io::time::Instant;
+
+use crate::control_loop::keyframe::Keyframe;
+use crate::control_loop::record::{CycleRecord, HealthRecord, Recorder};
 
 /// Passes records on and keeps the few numbers that a report needs.
 #[derive(Debug)]
@@ -49,5 +52,13 @@ impl<R: Recorder> Recorder for Statistics<R> {
             self.limited_cycles += 1;
         }
         self.next.record(record);
+    }
+
+    fn keyframe(&mut self, keyframe: &Keyframe, at: Instant) {
+        self.next.keyframe(keyframe, at);
+    }
+
+    fn health(&mut self, health: &HealthRecord) {
+        self.next.health(health);
     }
 }

@@ -7,6 +7,7 @@ pub mod process;
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// The interface that `tools/can-guest` brings up.
 pub const INTERFACE: &str = "vcan0";
@@ -34,6 +35,13 @@ impl Workshop {
     /// The binary under test.
     pub fn uarm(&self) -> PathBuf {
         self.folder.join("uarm")
+    }
+
+    /// A command of the binary, in the folder: logs go there.
+    pub fn command(&self) -> Command {
+        let mut command = Command::new(self.uarm());
+        command.current_dir(&self.folder);
+        command
     }
 
     /// The robot file in use.

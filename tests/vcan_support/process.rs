@@ -53,7 +53,7 @@ impl Drop for Robot {
 
 /// A command that runs the controller on the interface.
 pub fn controller(workshop: &Workshop, arguments: &[&str]) -> Command {
-    let mut command = Command::new(workshop.uarm());
+    let mut command = workshop.command();
     command.args(["run", "--can", INTERFACE, "--robot"]).arg(workshop.robot()).args(arguments);
     if !arguments.contains(&"--rt") {
         command.args(["--rt", "prefer"]); // a native run may have no right to SCHED_FIFO

@@ -93,6 +93,17 @@ impl<T: Scalar> TorqueLimiter<T> {
         Self { limits, applied: Vector2::zeros() }
     }
 
+    /// The torque applied last, N·m: the whole inner state.
+    pub fn applied(&self) -> &Vector2<T> {
+        &self.applied
+    }
+
+    /// Goes on as if `applied`, N·m, had been applied last. What lies beyond the limits, or is no number, counts as zero.
+    pub fn thaw(&mut self, applied: Vector2<T>) {
+        let within = |value: T, limit: T| if value.abs() <= limit { value } else { T::zero() };
+        self.applied = applied.zip_map(&self.limits.magnitude, within);
+    }
+
     /// The limits.
     pub fn limits(&self) -> &TorqueLimits<T> {
         &self.limits

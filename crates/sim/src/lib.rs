@@ -67,7 +67,7 @@
 //! | [`plant`] | [`Plant`]; [`DemPlant`] (ideal), [`UarmPlant`] (imperfect), [`FreeFloatingPlant`] (space manipulator, without the DEM); integrator, disturbance, brakes |
 //! | [`drive`] | the CiA 402 drive: object dictionary, SDO rules, NMT, heartbeats, power state machine, encoder, faults |
 //! | [`EmulatedRobot`] | three drives on a plant, sans-I/O: frames and instants in, frames out |
-//! | [`link`] | [`InProcessLink`] to such a robot; [`FaultyLink`], [`ObservedLink`] around any link |
+//! | [`link`] | [`InProcessLink`] to such a robot; [`FaultyLink`] around any link |
 //! | [`VirtualClock`] | time that jumps |
 //! | [`DRIVE_EDS`], [`WIRE_DBC`] | the wire, for other tools; both are held against the code by tests |
 //!
@@ -96,7 +96,7 @@ mod wire_files;
 
 pub use clock::VirtualClock;
 pub use drive::{CountingDirection, DriveDescription, DriveFault, DriveParameters, EmulatedDrive, EncoderMounting};
-pub use link::{FaultRates, FaultyLink, InProcessError, InProcessLink, ObservedLink};
+pub use link::{FaultRates, FaultyLink, InProcessError, InProcessLink};
 pub use outbox::{OUTBOX_CAPACITY, Outbox};
 pub use plant::{
     Brake, DemPlant, Disturbance, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant,

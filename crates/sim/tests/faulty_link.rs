@@ -2,12 +2,11 @@
 
 mod support;
 
-use sim::link::Direction;
-use sim::{DemPlant, FaultRates, FaultyLink, InProcessLink, ObservedLink, VirtualClock};
+use sim::{DemPlant, FaultRates, FaultyLink, InProcessLink, VirtualClock};
 use std::time::Duration;
 use support::{Master, lockstep, robot};
 use uarm_io::frame::Frame;
-use uarm_io::link::Link;
+use uarm_io::link::{FrameDirection, Link, ObservedLink};
 use uarm_io::time::Instant;
 
 type Faulty = FaultyLink<InProcessLink<DemPlant, VirtualClock>, VirtualClock>;
@@ -130,7 +129,7 @@ fn an_observer_sees_both_directions() {
     let mut link = ObservedLink::new(inner, observer);
     while link.receive(Instant::default()).unwrap().is_some() {}
     link.send(&uarm_io::drive::wire::sync_frame(1)).unwrap();
-    let boot_ups = [0x701, 0x702, 0x703].map(|id| (Direction::Received, id));
+    let boot_ups = [0x701, 0x702, 0x703].map(|id| (FrameDirection::Received, id));
     assert_eq!(seen[..3], boot_ups);
-    assert_eq!(seen[3..], [(Direction::Sent, 0x80)]);
+    assert_eq!(seen[3..], [(FrameDirection::Sent, 0x80)]);
 }

@@ -201,14 +201,18 @@ pub enum EncoderError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Encoder {
     configuration: EncoderConfiguration,
-    last: Option<Reading>,
+    last: Option<EncoderReading>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Reading {
-    raw: i32,
-    count: i64,
-    age: Duration,
+/// The last reading that was believed: all that an encoder remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EncoderReading {
+    /// The counter's value.
+    pub raw: i32,
+    /// Counts from the joint's zero, in the joint's direction.
+    pub count: i64,
+    /// Time since then in which readings were refused.
+    pub age: Duration,
 }
 
 impl Encoder {
@@ -249,8 +253,18 @@ impl Encoder {
                 last.count.saturating_add(direction.apply(change))
             }
         };
-        self.last = Some(Reading { raw, count, age: Duration::ZERO });
+        self.last = Some(EncoderReading { raw, count, age: Duration::ZERO });
         Ok(count)
+    }
+
+    /// The whole state, to be put back with [`Encoder::thaw`].
+    pub const fn freeze(&self) -> Option<EncoderReading> {
+        self.last
+    }
+
+    /// Goes on from a frozen state.
+    pub const fn thaw(&mut self, state: Option<EncoderReading>) {
+        self.last = state;
     }
 
     /// The angle of a count: `count · D`, rad.

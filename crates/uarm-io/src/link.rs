@@ -1,5 +1,11 @@
 //! The boundary between protocol and wire.
 
+mod health;
+mod observed;
+
+pub use health::{ControllerProblem, ErrorCounters, LinkHealth};
+pub use observed::{FrameDirection, ObservedLink};
+
 use crate::frame::Frame;
 use crate::time::Instant;
 
@@ -58,4 +64,9 @@ pub trait Link {
     /// # Errors
     /// If the wire failed.
     fn receive(&mut self, deadline: Instant) -> Result<Option<Received>, Self::Error>;
+
+    /// What the link has seen of its wire so far.
+    fn health(&self) -> LinkHealth {
+        LinkHealth::default()
+    }
 }

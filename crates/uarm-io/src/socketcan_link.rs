@@ -18,8 +18,8 @@ mod error;
 pub mod error_frame;
 mod interface;
 
+pub use crate::link::{ControllerProblem, ErrorCounters, LinkHealth};
 pub use error::{OpenError, SocketCanError};
-pub use error_frame::{ControllerProblem, ErrorCounters};
 pub use interface::{InterfaceName, InterfaceNameError};
 
 use crate::frame::Frame;
@@ -53,31 +53,6 @@ pub enum Reception<'a> {
     Exactly(&'a [StandardId]),
     /// Every 11-bit identifier.
     Everything,
-}
-
-/// What a link has seen since it was opened.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LinkHealth {
-    /// Frames that the interface took.
-    pub frames_sent: u64,
-    /// Data frames received.
-    pub frames_received: u64,
-    /// Frames that the interface did not take because its queue was full.
-    pub queue_full: u64,
-    /// Error frames of any class.
-    pub error_frames: u64,
-    /// Error frames that report trouble short of bus-off.
-    pub controller_problems: u64,
-    /// The last of them.
-    pub last_problem: Option<ControllerProblem>,
-    /// How often the controller went bus-off.
-    pub bus_offs: u64,
-    /// How often the controller was restarted after bus-off.
-    pub restarts: u64,
-    /// The controller's error counters as last reported; `None` if it never did.
-    pub error_counters: Option<ErrorCounters>,
-    /// Frames that the kernel dropped because the link was not read in time; `None` if the kernel does not say.
-    pub dropped: Option<u32>,
 }
 
 /// A CAN interface as a [`Link`].
@@ -146,11 +121,6 @@ impl SocketCanLink {
     /// The interface.
     pub const fn interface(&self) -> InterfaceName {
         self.interface
-    }
-
-    /// What the link has seen so far. Asks the kernel for the drops: not for each cycle.
-    pub fn health(&self) -> LinkHealth {
-        LinkHealth { dropped: dropped(&self.socket), ..self.health }
     }
 
     /// The frame of one read, if it is one for the caller.
@@ -254,6 +224,11 @@ impl Link for SocketCanLink {
             }
             Err(source) => Err(self.fault(source)),
         }
+    }
+
+    /// Asks the kernel for the drops, which is a system call: not for each cycle.
+    fn health(&self) -> LinkHealth {
+        LinkHealth { dropped: dropped(&self.socket), ..self.health }
     }
 
     /// Frames that already wait are given even if the deadline has passed.

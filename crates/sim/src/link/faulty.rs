@@ -4,7 +4,7 @@ use core::time::Duration;
 use heapless::Vec;
 use oorandom::Rand64;
 use uarm_io::frame::Frame;
-use uarm_io::link::{Link, Received};
+use uarm_io::link::{Link, LinkHealth, Received};
 use uarm_io::time::{Clock, Instant};
 
 /// How often each thing goes wrong, as probabilities per frame.
@@ -194,6 +194,10 @@ impl<L: Link, C: Clock> Link for FaultyLink<L, C> {
             self.inner.send(&frame)?;
         }
         self.inner.send(&frame)
+    }
+
+    fn health(&self) -> LinkHealth {
+        self.inner.health()
     }
 
     fn receive(&mut self, deadline: Instant) -> Result<Option<Received>, L::Error> {

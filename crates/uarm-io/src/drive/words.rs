@@ -1,8 +1,19 @@
 //! Codes in words: SDO aborts and emergency messages.
 
 use super::objects::Object;
-use canopen_rs::{Address, Value};
+use canopen_rs::{Address, NmtState, Value};
 use core::fmt;
+
+/// An NMT state as the last heartbeat told it.
+pub const fn nmt_state(state: Option<NmtState>) -> &'static str {
+    match state {
+        None => "no heartbeat",
+        Some(NmtState::Initialising) => "a new start",
+        Some(NmtState::Stopped) => "NMT Stopped",
+        Some(NmtState::Operational) => "NMT Operational",
+        Some(NmtState::PreOperational) => "NMT Pre-operational",
+    }
+}
 
 /// What an SDO abort code means (CiA 301, table of abort codes).
 pub const fn abort_code(code: u32) -> &'static str {

@@ -1,7 +1,7 @@
 //! What can go wrong on a CAN interface, with what to do about it.
 
-use super::error_frame::ControllerProblem;
 use super::interface::InterfaceName;
+use crate::link::ControllerProblem;
 use crate::link::{LinkError, LinkErrorKind};
 use std::io;
 

@@ -3,7 +3,7 @@
 //! The kernel reports several classes at once in the identifier's bits, with details in the data bytes. They are decoded
 //! here without allocating, since they come in bursts just when the loop has the least time to lose.
 
-use core::fmt;
+use crate::link::{ControllerProblem, ErrorCounters};
 use libc::{
     CAN_ERR_ACK, CAN_ERR_BUSERROR, CAN_ERR_BUSOFF, CAN_ERR_CNT, CAN_ERR_CRTL, CAN_ERR_PROT, CAN_ERR_RESTARTED,
     CAN_ERR_TRX, CAN_ERR_TX_TIMEOUT,
@@ -19,54 +19,6 @@ mod controller_status {
     pub const TRANSMIT_PASSIVE: u8 = 0x20;
 }
 
-/// Trouble that a CAN controller reports short of bus-off, the gravest first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
-pub enum ControllerProblem {
-    /// Error counter above 127: the controller may no longer signal errors actively; bus-off is near.
-    ErrorPassive,
-    /// The controller's receive buffer overflowed: frames were lost.
-    ReceiveOverflow,
-    /// The controller's transmit buffer overflowed: frames were lost.
-    TransmitOverflow,
-    /// The driver gave up on a frame.
-    TransmitTimeout,
-    /// Nobody acknowledged a frame: no other node is on, or the cable is open.
-    NoAcknowledge,
-    /// Error counter above 95: the bus is disturbed.
-    ErrorWarning,
-    /// Transceiver fault: a short circuit or an open wire.
-    Transceiver,
-    /// A violation of the protocol on the bus: disturbance, wrong bit rate, termination.
-    BusError,
-}
-
-impl ControllerProblem {
-    /// Whether the controller deals with it alone, by repeating the frame: worth counting, no reason to stop a robot.
-    pub const fn is_dealt_with(self) -> bool {
-        matches!(self, Self::ErrorWarning | Self::BusError)
-    }
-}
-
-impl fmt::Display for ControllerProblem {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::ErrorPassive => {
-                "error passive (an error counter above 127); bus-off is near, check cable, termination and bit rate"
-            }
-            Self::ReceiveOverflow => {
-                "receive buffer overflow; frames were lost, the computer served the controller too late"
-            }
-            Self::TransmitOverflow => "transmit buffer overflow; frames were lost",
-            Self::TransmitTimeout => "transmit time-out; the driver gave up on a frame",
-            Self::NoAcknowledge => "no acknowledge; no other node is on the bus, or the cable is open",
-            Self::ErrorWarning => "error warning (an error counter above 95); the bus is disturbed",
-            Self::Transceiver => "transceiver fault; look for a short circuit or an open wire",
-            Self::BusError => "a protocol violation on the bus; check cable, termination and bit rate",
-        })
-    }
-}
-
 /// What an error frame means for the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControllerEvent {
@@ -78,15 +30,6 @@ pub enum ControllerEvent {
     Problem(ControllerProblem),
     /// Nothing to act on: lost arbitration, back to error-active, counters only.
     Notice,
-}
-
-/// Transmit and receive error counters of a CAN controller, 0 to 255.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ErrorCounters {
-    /// The transmit error counter.
-    pub transmit: u8,
-    /// The receive error counter.
-    pub receive: u8,
 }
 
 /// Decodes an error frame: its class bits (the identifier without flags) and its data.

@@ -262,12 +262,6 @@ struct OptionalState(Option<NmtState>);
 
 impl fmt::Display for OptionalState {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self.0 {
-            None => "no heartbeat",
-            Some(NmtState::Initialising) => "a new start",
-            Some(NmtState::Stopped) => "NMT Stopped",
-            Some(NmtState::Operational) => "NMT Operational",
-            Some(NmtState::PreOperational) => "NMT Pre-operational",
-        })
+        formatter.write_str(words::nmt_state(self.0))
     }
 }

@@ -1,12 +1,12 @@
 //! A wrapper that shows each frame that passes.
 
-use uarm_io::frame::Frame;
-use uarm_io::link::{Link, Received};
-use uarm_io::time::Instant;
+use super::{Link, LinkHealth, Received};
+use crate::frame::Frame;
+use crate::time::Instant;
 
 /// Which way a frame goes, seen from the master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
+pub enum FrameDirection {
     /// From the master.
     Sent,
     /// To the master.
@@ -20,7 +20,7 @@ pub struct ObservedLink<L, O> {
     observer: O,
 }
 
-impl<L: Link, O: FnMut(Direction, &Frame, Instant)> ObservedLink<L, O> {
+impl<L: Link, O: FnMut(FrameDirection, &Frame, Instant)> ObservedLink<L, O> {
     /// Wraps `inner`.
     pub const fn new(inner: L, observer: O) -> Self {
         Self { inner, observer }
@@ -32,19 +32,23 @@ impl<L: Link, O: FnMut(Direction, &Frame, Instant)> ObservedLink<L, O> {
     }
 }
 
-impl<L: Link, O: FnMut(Direction, &Frame, Instant)> Link for ObservedLink<L, O> {
+impl<L: Link, O: FnMut(FrameDirection, &Frame, Instant)> Link for ObservedLink<L, O> {
     type Error = L::Error;
 
     fn send(&mut self, frame: &Frame) -> Result<Instant, L::Error> {
         let at = self.inner.send(frame)?;
-        (self.observer)(Direction::Sent, frame, at);
+        (self.observer)(FrameDirection::Sent, frame, at);
         Ok(at)
+    }
+
+    fn health(&self) -> LinkHealth {
+        self.inner.health()
     }
 
     fn receive(&mut self, deadline: Instant) -> Result<Option<Received>, L::Error> {
         let received = self.inner.receive(deadline)?;
         if let Some(Received { frame, at }) = &received {
-            (self.observer)(Direction::Received, frame, *at);
+            (self.observer)(FrameDirection::Received, frame, *at);
         }
         Ok(received)
     }

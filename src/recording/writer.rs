@@ -1,0 +1,227 @@
+//! The writer thread: takes entries from the queues to the sinks, and may wait for a disk as long as it likes.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
+use std::time::Duration;
+
+use rtrb::Consumer;
+use uarm_io::time::Instant;
+
+use super::loop_side::{Leftovers, Occasion};
+use super::outlet::{Dropped, FullQueue};
+use super::sink::{Entry, FrameRecord, Note, RunEnd, Severity, Sink};
+use crate::control_loop::record::CycleRecord;
+
+/// How long the writer rests when the queues are empty.
+const REST: Duration = Duration::from_millis(2);
+
+/// How long the end of a run waits for the writer. A disk that has taken nothing for so long will not either.
+pub const FINISH_LIMIT: Duration = Duration::from_secs(10);
+
+/// The writer's ends of the queues.
+pub(super) struct Queues {
+    pub cycles: Consumer<CycleRecord>,
+    pub frames: Consumer<FrameRecord>,
+    pub occasions: Consumer<Occasion>,
+}
+
+/// What the writer is asked for by threads that may wait.
+enum Request {
+    Note(Note),
+    Finish(Box<(Leftovers, RunEnd)>),
+}
+
+/// The writer thread, seen from outside.
+pub struct Writer {
+    requests: Sender<Request>,
+    failures: Receiver<Vec<String>>,
+    dropped: Arc<Dropped>,
+}
+
+/// A way to add lines of text to a recording.
+#[derive(Clone)]
+pub struct Notebook(Sender<Request>);
+
+impl Notebook {
+    /// Adds a line. Not for the loop: it allocates.
+    pub fn add(&self, severity: Severity, text: String) {
+        // A writer that has ended can take no more notes; its failures tell why.
+        let _ = self.0.send(Request::Note(Note { severity, text }));
+    }
+}
+
+impl Writer {
+    pub(super) fn start(
+        queues: Queues,
+        sinks: Vec<Box<dyn Sink>>,
+        full_queue: FullQueue,
+        dropped: Arc<Dropped>,
+    ) -> io::Result<Self> {
+        let (requests, inbox) = channel();
+        let (outbox, failures) = channel();
+        let work = Work {
+            queues,
+            outputs: Outputs { sinks, failures: Vec::new() },
+            full_queue,
+            dropped: Arc::clone(&dropped),
+            drops_told: 0,
+        };
+        std::thread::Builder::new().name("uarm-writer".into()).spawn(move || {
+            // Nobody is left to tell if the other end has gone.
+            let _ = outbox.send(work.run(&inbox));
+        })?;
+        Ok(Self { requests, failures, dropped })
+    }
+
+    /// A way to add lines of text, for any thread but the loop's.
+    pub fn notebook(&self) -> Notebook {
+        Notebook(self.requests.clone())
+    }
+
+    /// Records lost so far.
+    pub fn dropped(&self) -> u64 {
+        self.dropped.count()
+    }
+
+    /// Waits until all that was recorded is written, for at most [`FINISH_LIMIT`]. Returns what could not be.
+    pub fn finish(self, leftovers: Leftovers, end: RunEnd) -> Vec<String> {
+        // A writer that has ended has sent its failures already.
+        let _ = self.requests.send(Request::Finish(Box::new((leftovers, end))));
+        match self.failures.recv_timeout(FINISH_LIMIT) {
+            Ok(failures) => failures,
+            Err(RecvTimeoutError::Timeout) => {
+                vec![format!("the disk took nothing for {FINISH_LIMIT:?}: what was still to be written is lost")]
+            }
+            Err(RecvTimeoutError::Disconnected) => vec!["the writer thread panicked".to_owned()],
+        }
+    }
+}
+
+/// The sinks that still work, and why others do not.
+struct Outputs {
+    sinks: Vec<Box<dyn Sink>>,
+    failures: Vec<String>,
+}
+
+impl Outputs {
+    fn take(&mut self, entry: Entry<'_>) {
+        let failures = &mut self.failures;
+        self.sinks.retain_mut(|sink| {
+            sink.take(entry)
+                .inspect_err(|error| {
+                    let failure = format!("{}: {error}", sink.name());
+                    eprintln!("uarm: {failure}; the run goes on without it");
+                    failures.push(failure);
+                })
+                .is_ok()
+        });
+    }
+}
+
+/// What the thread works with.
+struct Work {
+    queues: Queues,
+    outputs: Outputs,
+    full_queue: FullQueue,
+    dropped: Arc<Dropped>,
+    drops_told: u64,
+}
+
+impl Work {
+    fn run(mut self, requests: &Receiver<Request>) -> Vec<String> {
+        loop {
+            // Read before the queues are found empty: what was pushed before the end is then never missed.
+            let request = requests.try_recv();
+            self.drain();
+            self.tell_of_drops();
+            match request {
+                Ok(Request::Note(note)) => self.outputs.take(Entry::Note(&note)),
+                Ok(Request::Finish(finish)) => {
+                    let (leftovers, end) = *finish;
+                    self.finish(&leftovers, &end);
+                    return self.outputs.failures;
+                }
+                Err(TryRecvError::Empty) => std::thread::sleep(REST),
+                // Whoever started the recording has given it up without an end: keep what there is.
+                Err(TryRecvError::Disconnected) => {
+                    self.drain_all();
+                    self.outputs.take(Entry::Pause);
+                    return self.outputs.failures;
+                }
+            }
+        }
+    }
+
+    /// Takes what the queues hold, each cycle after its frames: in virtual time the order is the same in each run.
+    fn drain(&mut self) {
+        while let Ok(cycle) = self.queues.cycles.pop() {
+            let done = cycle.instants.done;
+            self.drain_frames(done);
+            // Those of the cycle's own end may not be in the queue yet.
+            self.drain_occasions(done, Border::Excluded);
+            self.outputs.take(Entry::Cycle(&cycle));
+        }
+        match self.full_queue {
+            FullQueue::Keep => self.drain_all(),
+            // The loop would wait for ever for room in a queue that is only emptied up to the last cycle.
+            FullQueue::Wait if self.queues.frames.slots() == self.queues.frames.buffer().capacity() => self.drain_all(),
+            FullQueue::Wait => return,
+        }
+        self.outputs.take(Entry::Pause);
+    }
+
+    fn drain_all(&mut self) {
+        let end = Instant::from_nanoseconds(u64::MAX);
+        self.drain_frames(end);
+        self.drain_occasions(end, Border::Included);
+    }
+
+    fn drain_frames(&mut self, until: Instant) {
+        while self.queues.frames.peek().is_ok_and(|frame| frame.at <= until) {
+            if let Ok(frame) = self.queues.frames.pop() {
+                self.outputs.take(Entry::Frame(&frame));
+            }
+        }
+    }
+
+    fn drain_occasions(&mut self, until: Instant, border: Border) {
+        let due = |at: Instant| at < until || (border == Border::Included && at == until);
+        while self.queues.occasions.peek().is_ok_and(|occasion| due(occasion.at())) {
+            if let Ok(occasion) = self.queues.occasions.pop() {
+                self.outputs.take(Entry::Occasion(&occasion, self.dropped.count()));
+            }
+        }
+    }
+
+    fn tell_of_drops(&mut self) {
+        let dropped = self.dropped.count();
+        if dropped > self.drops_told {
+            let text = format!("{} records lost: the disk is too slow ({dropped} so far)", dropped - self.drops_told);
+            self.drops_told = dropped;
+            self.outputs.take(Entry::Note(&Note { severity: Severity::Warning, text }));
+        }
+    }
+
+    fn finish(&mut self, leftovers: &Leftovers, end: &RunEnd) {
+        self.drain();
+        self.drain_all();
+        for frame in &leftovers.frames {
+            self.outputs.take(Entry::Frame(frame));
+        }
+        for cycle in &leftovers.cycles {
+            self.outputs.take(Entry::Cycle(cycle));
+        }
+        for occasion in &leftovers.occasions {
+            self.outputs.take(Entry::Occasion(occasion, self.dropped.count()));
+        }
+        self.outputs.take(Entry::End(end));
+    }
+}
+
+/// Whether an instant itself still belongs to what is before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Border {
+    Included,
+    Excluded,
+}
