@@ -6,7 +6,6 @@
 mod vcan_support;
 
 use rustix::process::Signal;
-use std::process::Command;
 use std::time::Duration;
 use vcan_support::bus::{Bus, EMERGENCY, HEARTBEAT, HEARTBEAT_ERROR, NMT, NMT_STOP, RPDO1, Seen};
 use vcan_support::process::{Robot, Running, Scheduling, controller, describe, finish, set_interface, succeed};
