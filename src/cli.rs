@@ -26,6 +26,8 @@ pub struct CommandLine {
 pub enum Command {
     /// Run the paper's experiment: on the embedded robot, or on real drives with --can
     Run(Box<commands::run::Arguments>),
+    /// Run a recorded experiment again, bit for bit; or ask what another controller would have done
+    Replay(Box<commands::replay::Arguments>),
     /// Compare the controllers, beside the paper's Table 4, or on a thousand robots drawn around the one
     Compare(commands::compare::Arguments),
     /// Be the robot: emulated CANopen drives and their plant on a CAN interface

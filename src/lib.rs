@@ -9,6 +9,7 @@ pub mod experiment;
 pub mod figures;
 pub mod filter_study;
 pub mod recording;
+pub mod replay;
 pub mod robot;
 pub mod run_log;
 pub mod signals;

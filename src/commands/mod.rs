@@ -7,6 +7,7 @@ pub mod figures;
 pub mod filters;
 pub mod map;
 pub mod plant;
+pub mod replay;
 pub mod run;
 pub mod train;
 
@@ -41,6 +42,7 @@ pub fn exit_code(outcome: Outcome) -> ExitCode {
 pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(arguments) => run::execute(arguments),
+        Command::Replay(arguments) => replay::execute(arguments),
         Command::Compare(arguments) => compare::execute(arguments),
         Command::Plant(arguments) => plant::execute(arguments),
         Command::Map(arguments) => map::execute(arguments),

@@ -37,6 +37,12 @@ pub enum FigureError {
     /// The PNG encoder refused.
     #[error("PNG: {0}")]
     Png(#[from] png::EncodingError),
+    /// The file's name does not say what it is.
+    #[error("{}: expected a name that ends with .svg or .png", file.display())]
+    Extension {
+        /// The file.
+        file: std::path::PathBuf,
+    },
     /// The file cannot be written.
     #[error("{}: {source}", file.display())]
     Write {

@@ -75,3 +75,16 @@ pub fn write(sheet: &Sheet, directory: &Path, format: Format) -> Result<Vec<Path
     }
     Ok(written)
 }
+
+/// Writes the sheet to `file`, as its extension says.
+///
+/// # Errors
+/// If the extension is none of the formats, if it cannot be drawn, or the file not be written.
+pub fn write_as(sheet: &Sheet, file: &Path) -> Result<(), FigureError> {
+    let bytes = match file.extension().and_then(|extension| extension.to_str()) {
+        Some("svg") => svg(sheet)?.into_bytes(),
+        Some("png") => png(sheet)?,
+        _ => return Err(FigureError::Extension { file: file.to_owned() }),
+    };
+    std::fs::write(file, bytes).map_err(|source| FigureError::Write { file: file.to_owned(), source })
+}

@@ -84,6 +84,11 @@ pub const JOINT_3: Stroke = Stroke::solid(VERMILION).dashed(Dash::Dashed);
 /// The desired motion.
 pub const REFERENCE: Stroke = Stroke::solid(BLACK).dashed(Dash::Dotted).wide(1.2);
 
+/// What was recorded, beside what a replay makes of it.
+pub const RECORDED: Stroke = Stroke::solid(BLACK);
+/// What a replay makes of a record.
+pub const REPLAYED: Stroke = Stroke::solid(VERMILION).dashed(Dash::Dashed);
+
 /// A law among the others.
 pub const fn of_law(law: Law) -> Stroke {
     match law {

@@ -217,10 +217,12 @@ impl Link for SocketCanLink {
         // A `Frame` always fits; were it not so, the system's word for it is the honest answer.
         let unfit = || SocketCanError::System { interface: self.interface, source: io::ErrorKind::InvalidInput.into() };
         let outgoing = CanDataFrame::new(frame.id(), frame.data()).ok_or_else(unfit)?;
+        // Read before: on a virtual bus an answer may come in before the call returns, and must not seem older than its SYNC.
+        let at = MonotonicClock.now();
         match self.socket.write_frame(&outgoing) {
             Ok(()) => {
                 self.health.frames_sent += 1;
-                Ok(MonotonicClock.now())
+                Ok(at)
             }
             Err(source) => Err(self.fault(source)),
         }

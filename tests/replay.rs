@@ -1,0 +1,227 @@
+//! A recorded run again: bit for bit, from the start and from keyframes, over gaps, and from the bus alone.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use hinf_control::Law;
+use uarm::replay::Source;
+use uarm::replay::bus_cycles::{BusCycle, bus_cycles};
+use uarm::replay::exact::{ExactReplay, Start};
+use uarm::run_log::candump;
+use uarm::run_log::reader::RunLog;
+
+fn uarm(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_uarm")).args(arguments).output().unwrap()
+}
+
+fn text(output: &Output) -> String {
+    format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
+}
+
+/// Records a run into a new file named after `name`.
+fn record(name: &str, arguments: &[&str]) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("replay");
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(format!("{name}-{}.mcap", std::process::id()));
+    let output = uarm(&[&["run", "--log", path.to_str().unwrap()], arguments].concat());
+    assert!(path.exists(), "{}", text(&output));
+    path
+}
+
+fn replay(path: &Path, arguments: &[&str]) -> Output {
+    uarm(&[&["replay", path.to_str().unwrap()], arguments].concat())
+}
+
+/// A log that a test may change before it is replayed.
+struct Recorded {
+    log: RunLog,
+    bus: Vec<BusCycle>,
+}
+
+impl Recorded {
+    fn read(path: &Path) -> Self {
+        let log = RunLog::read(path).unwrap();
+        let bus = bus_cycles(&log.frames, log.run.robot.joints.each_ref().map(|joint| joint.node.raw()));
+        Self { log, bus }
+    }
+
+    fn replay(&self, start: Start) -> ExactReplay {
+        let source = Source {
+            robot: &self.log.run.robot,
+            settings: &self.log.run.settings,
+            bus: &self.bus,
+            records: &self.log.cycles,
+            keyframes: &self.log.keyframes,
+            fault: self.log.fault.as_ref().map(|fault| fault.cause.as_str()),
+        };
+        ExactReplay::run(&source, start).unwrap()
+    }
+}
+
+#[test]
+fn a_minute_of_each_controller_replays_bit_for_bit() {
+    for law in Law::ALL {
+        let name = law.name();
+        let path = record(&format!("minute-{name}"), &["--virtual-time", "--controller", name, "--hold", "57s"]);
+        let output = replay(&path, &["--json"]);
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", text(&output));
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(report["exact"]["cycles"], 20_000, "{name}");
+        assert_eq!(report["exact"]["keyframes"], 60, "{name}");
+        assert!(report["exact"]["signals"].as_u64().unwrap() > 800_000, "{name}");
+        std::fs::remove_file(path).unwrap();
+    }
+}
+
+#[test]
+fn a_guarded_and_disturbed_run_in_real_time_with_measured_periods_and_an_approach_replays() {
+    let arguments =
+        ["--rt", "off", "--dt", "measured", "--approach", "1s", "--controller", "fuzzy", "--adaptation", "bounded"];
+    let path = record("real-time", &arguments);
+    let output = replay(&path, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    assert!(text(&output).contains("from -1.000 s"), "{}", text(&output));
+}
+
+#[test]
+fn a_trained_law_and_a_changed_robot_replay() {
+    let sets = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/uarm-fuzzy-sets.toml");
+    let arguments = ["--virtual-time", "--controller", "fuzzy-model", "--fuzzy-sets", sets.to_str().unwrap()];
+    let path = record("trained", &[&arguments[..], &["--base-acceleration", "reduced", "--period", "2ms"]].concat());
+    let output = replay(&path, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+}
+
+#[test]
+fn it_begins_at_any_keyframe() {
+    let path = record("keyframes", &["--virtual-time", "--controller", "neural-model"]);
+    let recorded = Recorded::read(&path);
+    assert_eq!(recorded.log.keyframes.len(), 5);
+    let whole = recorded.replay(Start::Beginning);
+    for time in [0.5, 1.5, 2.5, 3.2] {
+        let part = recorded.replay(Start::KeyframeBefore(time));
+        assert!(part.is_equal(), "{part:?}");
+        assert!(part.from < time && part.from > time - 1.1, "{part:?}");
+        assert!(part.cycles > 0 && part.cycles < whole.cycles, "{part:?}");
+        assert_eq!(part.lost_cycles, 0);
+    }
+    let output = replay(&path, &["--from", "2"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+}
+
+#[test]
+fn one_bit_is_seen_and_named() {
+    let path = record("one-bit", &["--virtual-time", "--controller", "adaptive"]);
+    let mut recorded = Recorded::read(&path);
+    let torque = &mut recorded.log.cycles[700].torque_requested[1];
+    *torque = f64::from_bits(torque.to_bits() ^ 1);
+    let replay = recorded.replay(Start::Beginning);
+    assert_eq!((replay.differing_cycles, replay.differences.len()), (1, 1));
+    let difference = &replay.differences[0];
+    assert_eq!((difference.tick, difference.signal.as_str()), (700, "torque_requested_nm_3"));
+    assert!(!replay.is_equal());
+
+    // A count in a frame other than the recorded one: the estimate differs, and so does all that follows.
+    let mut recorded = Recorded::read(&path);
+    recorded.bus[300].counts[1] = recorded.bus[300].counts[1].map(|count| count + 1);
+    let replay = recorded.replay(Start::Beginning);
+    assert!(replay.differing_cycles > 100, "{}", replay.differing_cycles);
+    assert_eq!(replay.differences[0].tick, 300);
+
+    // A keyframe of another state.
+    let mut recorded = Recorded::read(&path);
+    recorded.log.keyframes[2].1.torque_applied.x += 1e-9;
+    let replay = recorded.replay(Start::Beginning);
+    assert!(replay.differences[0].signal.contains("keyframe"), "{:?}", replay.differences);
+}
+
+#[test]
+fn behind_a_gap_it_goes_on_from_the_next_keyframe_and_says_what_is_lost() {
+    let path = record("gap", &["--virtual-time", "--controller", "neural"]);
+    let mut recorded = Recorded::read(&path);
+    recorded.log.frames.drain(4_000..4_100);
+    let recorded = Recorded { bus: bus_cycles(&recorded.log.frames, [1, 2, 3]), log: recorded.log };
+    let replay = recorded.replay(Start::Beginning);
+    assert!(replay.is_equal(), "{replay:?}");
+    assert_eq!(replay.resumed, 1);
+    assert!((10..400).contains(&replay.lost_cycles), "{replay:?}");
+    assert_eq!(replay.keyframes, 3, "of the four behind a cycle, one was resumed from");
+}
+
+#[test]
+fn a_fault_of_the_robot_comes_again() {
+    let original = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/uarm.toml")).unwrap();
+    let narrow = original.replacen("tracking_error_limit_deg = 30.0", "tracking_error_limit_deg = 0.5", 1);
+    assert_ne!(narrow, original, "robots/uarm.toml has another tracking error limit");
+    let robot = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("narrow.toml");
+    std::fs::write(&robot, narrow).unwrap();
+    let path = record("fault", &["--virtual-time", "--robot", robot.to_str().unwrap()]);
+    let log = RunLog::read(&path).unwrap();
+    assert!(log.fault.as_ref().is_some_and(|fault| fault.cause.contains("tracking error")), "{:?}", log.fault);
+    let output = replay(&path, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    assert!(text(&output).contains("the fault is the recorded one"), "{}", text(&output));
+}
+
+#[test]
+fn a_candump_file_replays_to_the_torques_on_the_bus() {
+    let arguments = ["--virtual-time", "--controller", "fuzzy", "--disturbance", "none", "--adaptation", "bounded"];
+    let path = record("candump", &arguments);
+    let log = RunLog::read(&path).unwrap();
+    let dump = path.with_extension("log");
+    candump::write(&log.frames, "can0", log.run.axis, std::fs::File::create(&dump).unwrap()).unwrap();
+
+    let output = replay(&dump, &["--controller", "fuzzy"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    assert!(text(&output).contains("1167 cycles"), "{}", text(&output));
+    let output = replay(&dump, &["--controller", "fuzzy-model"]);
+    assert_eq!(output.status.code(), Some(1), "another law asks for other torques: {}", text(&output));
+    assert!(text(&output).contains("torque in the frame to joint 2"), "{}", text(&output));
+    let output = replay(&dump, &[]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output).contains("--controller"), "{}", text(&output));
+}
+
+#[test]
+fn another_controller_is_asked_on_the_same_measurements() {
+    let path = record("what-if", &["--virtual-time", "--controller", "nonlinear"]);
+    let same = replay(&path, &["--controller", "nonlinear", "--json"]);
+    let same: serde_json::Value = serde_json::from_slice(&same.stdout).unwrap();
+    assert_eq!(same["what_if"]["largest_difference_nm"], serde_json::json!([0.0, 0.0]), "the same law asks for the same");
+    assert_eq!(same["what_if"]["cycles"], 1167);
+
+    let (figure, table) = (path.with_extension("svg"), path.with_extension("csv"));
+    let arguments = ["--controller", "adaptive", "--plot", figure.to_str().unwrap(), "--csv", table.to_str().unwrap()];
+    let output = replay(&path, &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    assert!(text(&output).contains("open loop"), "{}", text(&output));
+    assert!(std::fs::read_to_string(figure).unwrap().starts_with("<svg"));
+    assert_eq!(std::fs::read_to_string(table).unwrap().lines().count(), 1 + 1167);
+
+    let other_robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/uarm.toml");
+    let output = replay(&path, &["--robot", other_robot.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    let wrong = replay(&path, &["--controller", "adaptive", "--plot", "what-if.jpeg"]);
+    assert_eq!(wrong.status.code(), Some(1));
+    assert!(text(&wrong).contains(".svg or .png"), "{}", text(&wrong));
+}
+
+#[test]
+fn what_is_no_log_is_refused_by_name() {
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
+    let output = replay(&manifest, &["--controller", "fuzzy"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output).contains("Cargo.toml") && text(&output).contains("line 1"), "{}", text(&output));
+    assert_eq!(replay(Path::new("no/such.mcap"), &[]).status.code(), Some(1));
+}
+
+/// The log of a run in virtual time is the same file each time, whatever the writer's thread does when.
+#[test]
+fn a_run_in_virtual_time_gives_the_same_bytes_each_time() {
+    let logs: Vec<_> = (0..3)
+        .map(|number| record(&format!("bytes-{number}"), &["--virtual-time", "--controller", "fuzzy"]))
+        .map(|path| std::fs::read(path).unwrap())
+        .collect();
+    assert!(logs[0].len() > 100_000);
+    assert!(logs.iter().all(|log| *log == logs[0]));
+}
