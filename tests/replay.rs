@@ -187,7 +187,11 @@ fn another_controller_is_asked_on_the_same_measurements() {
     let path = record("what-if", &["--virtual-time", "--controller", "nonlinear"]);
     let same = replay(&path, &["--controller", "nonlinear", "--json"]);
     let same: serde_json::Value = serde_json::from_slice(&same.stdout).unwrap();
-    assert_eq!(same["what_if"]["largest_difference_nm"], serde_json::json!([0.0, 0.0]), "the same law asks for the same");
+    assert_eq!(
+        same["what_if"]["largest_difference_nm"],
+        serde_json::json!([0.0, 0.0]),
+        "the same law asks for the same"
+    );
     assert_eq!(same["what_if"]["cycles"], 1167);
 
     let (figure, table) = (path.with_extension("svg"), path.with_extension("csv"));

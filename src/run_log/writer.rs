@@ -8,6 +8,8 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapError, McapResult, WriteOptions, Writer};
 use prost::Message;
+use uarm_io::drive::network::Emergency;
+use uarm_io::drive::wire::{Channel, decode_emergency};
 use uarm_io::link::FrameDirection;
 use uarm_io::time::{Duration, Instant};
 
@@ -29,6 +31,8 @@ const CHUNK_SIZE: u64 = 1024 * 1024;
 const SHAPES_INTERVAL: Duration = Duration::from_secs(1);
 /// How often transforms are written: 66 times a second moves smoothly. The angles of each cycle are in `/joint_states`.
 const TRANSFORMS_INTERVAL: Duration = Duration::from_millis(15);
+/// How often skipped ticks are told of in words at most.
+const LATENESS_INTERVAL: Duration = Duration::from_secs(1);
 /// The flight recorder's window: the part of a log before a fault that is marked.
 const FLIGHT_WINDOW: Duration = Duration::from_secs(5);
 
@@ -56,6 +60,7 @@ struct State {
     flush: Instant,
     next_shapes: Instant,
     next_transforms: Instant,
+    next_lateness: Instant,
     previous_tick: Option<u64>,
     notes: u32,
     occasions: u32,
@@ -153,7 +158,18 @@ impl<W: Write> LogWriter<W> {
         self.put(Topic::Control, sequence, due, sampled, &messages.control)?;
         self.put(Topic::Timing, sequence, due, sampled, &messages.timing)?;
         self.put(Topic::Drives, sequence, due, sampled, &messages.drives)?;
+        self.note_lateness(record)?;
         self.flush_if_due()
+    }
+
+    /// Tells of skipped ticks in words, though not of each on a machine that skips all the time.
+    fn note_lateness(&mut self, record: &CycleRecord) -> McapResult<()> {
+        let skipped = record.elapsed_ticks.saturating_sub(1);
+        if skipped == 0 || record.instants.done < self.state.next_lateness {
+            return Ok(());
+        }
+        self.state.next_lateness = record.instants.done + LATENESS_INTERVAL;
+        self.note(Severity::Warning, &format!("tick {}: {skipped} ticks before it were skipped", record.tick))
     }
 
     fn frame(&mut self, record: &FrameRecord) -> McapResult<()> {
@@ -169,7 +185,16 @@ impl<W: Write> LogWriter<W> {
             at_ns: at,
         };
         self.reach(record.at);
-        self.put(Topic::CanFrames, record.sequence, at, at, &message)
+        self.put(Topic::CanFrames, record.sequence, at, at, &message)?;
+        self.note_emergency(record)
+    }
+
+    /// Tells in words what a drive has to say about itself.
+    fn note_emergency(&mut self, record: &FrameRecord) -> McapResult<()> {
+        let Some(Channel::Emergency(node)) = Channel::of(record.frame.id()) else { return Ok(()) };
+        let Ok(message) = decode_emergency(record.frame.data()) else { return Ok(()) };
+        let severity = if message.is_error_reset() { Severity::Info } else { Severity::Warning };
+        self.note(severity, &format!("node {} reports: {}", node.raw(), Emergency(message)))
     }
 
     fn occasion(&mut self, occasion: &Occasion, dropped: u64) -> McapResult<()> {

@@ -1,0 +1,232 @@
+//! What the writer does when the disk does not: nothing that the loop would notice, and nothing lost that could be kept.
+
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use embedded_can::StandardId;
+use hinf_control::Law;
+use sim::Disturbance;
+use uarm::commands::run::PlantChoice;
+use uarm::control_loop::record::{CycleRecord, Recorder};
+use uarm::control_loop::schedule::OverrunPolicy;
+use uarm::control_loop::task_clock::PeriodSource;
+use uarm::control_loop::torque::DisturbanceSite;
+use uarm::controllers::AdaptationGuard;
+use uarm::experiment::Settings;
+use uarm::figures::experiments::simulate;
+use uarm::recording::{self, Entry, FullQueue, Leftovers, Recording, RunEnd, Severity, Sink};
+use uarm::robot::Robot;
+use uarm::run_log::description::{RealtimeRequest, RunDescription};
+use uarm::run_log::reader::RunLog;
+use uarm::run_log::time_axis::TimeAxis;
+use uarm::run_log::writer::LogWriter;
+use uarm_io::frame::Frame;
+use uarm_io::link::FrameDirection;
+use uarm_io::time::Instant;
+
+/// A file that a test can read while it is written, and that may have an end.
+#[derive(Clone)]
+struct Disk {
+    bytes: Arc<Mutex<Vec<u8>>>,
+    size: usize,
+}
+
+impl Disk {
+    fn of_size(size: usize) -> Self {
+        Self { bytes: Arc::default(), size }
+    }
+
+    fn endless() -> Self {
+        Self::of_size(usize::MAX)
+    }
+
+    fn log(&self) -> RunLog {
+        RunLog::read_from(self.bytes.lock().unwrap().as_slice(), Path::new("disk")).unwrap()
+    }
+}
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut disk = self.bytes.lock().unwrap();
+        let room = self.size.saturating_sub(disk.len()).min(bytes.len());
+        if room == 0 && !bytes.is_empty() {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        disk.extend_from_slice(&bytes[..room]);
+        Ok(room)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A sink that waits before its gate, as a writer does before a disk that stands still.
+struct Gated<S> {
+    sink: S,
+    open: Arc<AtomicBool>,
+}
+
+impl<S: Sink> Sink for Gated<S> {
+    fn name(&self) -> String {
+        self.sink.name()
+    }
+
+    fn take(&mut self, entry: Entry<'_>) -> io::Result<()> {
+        while !self.open.load(Ordering::Acquire) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.sink.take(entry)
+    }
+}
+
+fn log_writer(disk: &Disk) -> LogWriter<Disk> {
+    let settings = Settings {
+        law: Law::Neural,
+        guard: AdaptationGuard::None,
+        overrun: OverrunPolicy::Skip,
+        period_source: PeriodSource::Scheduled,
+        approach: None,
+        disturbance: Disturbance::Paper,
+        disturbance_site: DisturbanceSite::Plant,
+    };
+    let run = RunDescription {
+        settings,
+        place: "here".to_owned(),
+        axis: TimeAxis::simulated(),
+        robot: Robot::load(None).unwrap(),
+    };
+    let request = RealtimeRequest::default();
+    LogWriter::new(disk.clone(), Path::new("disk"), &run, &request, Instant::default(), &["hello".to_owned()]).unwrap()
+}
+
+/// Cycles of a run, again and again, with ticks and instants that go on.
+fn cycles() -> impl Iterator<Item = CycleRecord> {
+    let robot = Robot::load(None).unwrap();
+    let records = simulate(&robot, PlantChoice::Uarm, Law::Neural).unwrap().records;
+    (0_u64..).zip(records.into_iter().cycle()).map(|(tick, record)| {
+        let mut record = record;
+        let at = Instant::from_nanoseconds(3_000_000 * (tick + 1));
+        record.tick = tick;
+        record.elapsed_ticks = u64::from(tick > 0);
+        record.instants.scheduled = at;
+        record.instants.done = at + Duration::from_micros(200);
+        record
+    })
+}
+
+fn frame(id: u16, data: &[u8]) -> Frame {
+    Frame::new(StandardId::new(id).unwrap(), data).unwrap()
+}
+
+/// An end like that of a run that failed.
+fn failed(leftovers: &Leftovers, dropped: u64) -> RunEnd {
+    RunEnd {
+        text: "FAILED: node 2 is on fire".to_owned(),
+        fault: Some("node 2 is on fire".to_owned()),
+        figures: vec![("cycles".to_owned(), "17".to_owned())],
+        cycles_kept: leftovers.cycles.len() as u64,
+        frames_kept: leftovers.frames.len() as u64,
+        dropped,
+    }
+}
+
+#[test]
+fn the_last_seconds_before_a_fault_are_in_the_file_though_the_disk_stood_still() {
+    const CYCLES: u64 = 12_000;
+    let disk = Disk::endless();
+    let open = Arc::new(AtomicBool::new(true));
+    let sink = Gated { sink: log_writer(&disk), open: Arc::clone(&open) };
+    let Recording { mut loop_recorder, mut frame_recorder, writer } =
+        recording::start(vec![Box::new(sink)], FullQueue::Keep).unwrap();
+    for record in cycles().take(CYCLES as usize) {
+        // From the hundredth cycle on nothing is written until the run is over.
+        open.store(record.tick < 100, Ordering::Release);
+        frame_recorder.record(FrameDirection::Sent, &frame(0x080, &[1]), record.instants.scheduled);
+        loop_recorder.record(&record);
+        if record.tick == 90 {
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+    let dropped = writer.dropped();
+    assert!(dropped > 1_000, "12 000 cycles do not fit 4096 + 2048: {dropped} lost");
+    let leftovers = Leftovers::of(loop_recorder, frame_recorder);
+    let end = failed(&leftovers, dropped);
+    open.store(true, Ordering::Release);
+    assert_eq!(writer.finish(leftovers, end), [""; 0]);
+
+    let log = disk.log();
+    let ticks: Vec<u64> = log.cycles.iter().map(|record| record.tick).collect();
+    let window: Vec<u64> = (CYCLES - 1_667..CYCLES).collect();
+    assert!(ticks.ends_with(&window), "the last five seconds are whole");
+    assert_eq!(log.gaps(), 1, "what had to be overwritten lies in one piece before them");
+    assert_eq!(ticks.len() as u64 + dropped, CYCLES, "each cycle is either there or counted as lost");
+    let fault = log.fault.as_ref().expect("the fault is marked");
+    assert_eq!((fault.cause.as_str(), fault.last_tick), ("node 2 is on fire", Some(CYCLES - 1)));
+    assert_eq!(fault.cycles_kept, 2048);
+    assert_eq!(fault.at_ns - fault.window_start_ns, 5_000_000_000);
+    assert_eq!(log.end.as_ref().unwrap()["fault"], "node 2 is on fire");
+    assert!(log.notes.iter().any(|note| note.text.contains("records lost: the disk is too slow")), "{:?}", log.notes);
+    assert!(log.damage.iter().any(|damage| damage.contains("gaps")), "{:?}", log.damage);
+}
+
+#[test]
+fn a_full_disk_closes_the_log_and_the_run_goes_on() {
+    let disk = Disk::of_size(200_000);
+    let Recording { mut loop_recorder, frame_recorder, writer } =
+        recording::start(vec![Box::new(log_writer(&disk))], FullQueue::Wait).unwrap();
+    for record in cycles().take(3_000) {
+        loop_recorder.record(&record);
+    }
+    let failures = writer.finish(Leftovers::of(loop_recorder, frame_recorder), RunEnd::default());
+    assert_eq!(failures.len(), 1);
+    assert!(failures[0].contains("log disk") && failures[0].contains("no storage space"), "{failures:?}");
+
+    let log = disk.log();
+    assert!(log.cycles.len() > 300, "what fitted is there: {} cycles", log.cycles.len());
+    assert_eq!(log.gaps(), 0);
+    assert!(log.end.is_none() && !log.damage.is_empty(), "and the log says that it is not whole: {:?}", log.damage);
+}
+
+#[test]
+fn skipped_ticks_and_emergencies_are_told_in_words() {
+    let disk = Disk::endless();
+    let mut log = log_writer(&disk);
+    for (number, mut record) in cycles().take(2_000).enumerate() {
+        if number > 10 {
+            record.tick += 2 * number as u64;
+            record.elapsed_ticks = 3;
+        }
+        log.take(Entry::Cycle(&record)).unwrap();
+    }
+    let emergency = frame(0x082, &[0x10, 0x43, 0x09, 0, 0, 0, 0, 0]);
+    let at = Instant::from_nanoseconds(7_000_000_000);
+    let record = recording::FrameRecord { sequence: 0, direction: FrameDirection::Received, frame: emergency, at };
+    log.take(Entry::Frame(&record)).unwrap();
+    log.take(Entry::End(&RunEnd::default())).unwrap();
+    drop(log);
+
+    let notes = disk.log().notes;
+    assert_eq!((notes[0].severity, notes[0].text.as_str()), (Severity::Info, "hello"));
+    let skipped = notes.iter().filter(|note| note.text.contains("2 ticks before it were skipped")).count();
+    assert!((4..=7).contains(&skipped), "once a second: {notes:?}");
+    let emergency = notes.iter().find(|note| note.text.starts_with("node 2 reports:")).expect("the emergency");
+    assert!(emergency.text.contains("4310h") && emergency.severity == Severity::Warning, "{emergency:?}");
+}
+
+#[test]
+fn a_chunk_is_written_every_quarter_of_a_second() {
+    let disk = Disk::endless();
+    let mut log = log_writer(&disk);
+    for record in cycles().take(5_000) {
+        log.take(Entry::Cycle(&record)).unwrap();
+        if record.tick.is_multiple_of(97) {
+            // As if the process were killed here.
+            let last = disk.log().cycles.last().map_or(0, |last| last.tick);
+            assert!(record.tick - last <= 84, "at tick {} the file ends at {last}: 84 ticks are 252 ms", record.tick);
+        }
+    }
+}
