@@ -3,7 +3,7 @@
 
 use std::io::{self, Write};
 
-use crate::control_loop::record::CycleRecord;
+use crate::control_loop::record::{CycleFlags, CycleRecord};
 use crate::recording::{Entry, Sink};
 
 /// The column names, in order. The timing columns stand last: all before them are the same, byte for byte, in any
@@ -16,7 +16,7 @@ pub fn header(parameter_count: usize) -> String {
         }
     };
     group(&["counts", "statusword"], 1..=3, "");
-    group(&["position"], 1..=3, "_rad");
+    group(&["position", "measured_position"], 1..=3, "_rad");
     group(&["rate"], 1..=3, "_rad_per_s");
     group(&["base_acceleration"], 1..=1, "_rad_per_s2");
     group(&["reference_position"], 2..=3, "_rad");
@@ -27,14 +27,14 @@ pub fn header(parameter_count: usize) -> String {
     group(&["torque_sent"], 1..=3, "_per_mille");
     group(&["disturbance"], 2..=3, "_nm");
     group(&["limited"], 2..=3, "");
-    columns.extend(["projected", "frozen", "fell_back"].map(str::to_owned));
+    columns.extend(["projected", "at_bound", "frozen", "fell_back"].map(str::to_owned));
     columns.extend((1..=parameter_count).map(|k| format!("phi_{k}")));
     columns.extend(TIMING_COLUMNS.map(str::to_owned));
     columns.join(",")
 }
 
 /// The columns that tell when things happened, in nanoseconds after the cycle was due.
-pub const TIMING_COLUMNS: [&str; 4] = ["woke_ns", "sync_sent_ns", "counts_in_ns", "torque_out_ns"];
+pub const TIMING_COLUMNS: [&str; 5] = ["woke_ns", "sync_sent_ns", "counts_in_ns", "torque_out_ns", "done_ns"];
 
 /// Writes traces.
 #[derive(Debug)]
@@ -64,6 +64,7 @@ impl<W: Write> TraceWriter<W> {
         row.put(record.counts)?;
         row.put(record.statuswords)?;
         row.put(record.position)?;
+        row.put(record.measured_position)?;
         row.put(record.rate)?;
         row.put([record.base_acceleration])?;
         row.put(record.reference_position)?;
@@ -74,12 +75,13 @@ impl<W: Write> TraceWriter<W> {
         row.put(record.torque_applied)?;
         row.put(record.torque_sent)?;
         row.put(record.disturbance)?;
-        row.put(record.flags.limited.map(u8::from))?;
-        row.put([record.flags.projected, record.flags.frozen, record.flags.fell_back].map(u8::from))?;
+        let CycleFlags { limited, projected, at_bound, frozen, fell_back } = record.flags;
+        row.put(limited.map(u8::from))?;
+        row.put([projected, at_bound, frozen, fell_back].map(u8::from))?;
         row.put(record.parameters().iter().copied())?;
         let instants = &record.instants;
         row.put(
-            [instants.woke, instants.sync_sent, instants.counts_in, instants.torque_out]
+            [instants.woke, instants.sync_sent, instants.counts_in, instants.torque_out, instants.done]
                 .map(|instant| instant.since(instants.scheduled).as_nanos()),
         )?;
         writeln!(self.output)
