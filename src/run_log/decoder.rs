@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use foxglove::messages::Log;
-use mcap::read::ChunkReader;
 use mcap::records::{MessageHeader, Record, op};
 use prost::Message;
 use uarm_io::frame::Frame;
@@ -13,9 +12,10 @@ use uarm_io::link::FrameDirection;
 use super::cycle::CycleMessages;
 use super::description::{self, Fields, RunDescription};
 use super::proto::{self, can_frame};
+use super::records::Step;
 use super::time_axis::TimeAxis;
 use super::topic::Topic;
-use super::{cycle, keyframe};
+use super::{cycle, keyframe, records};
 use crate::control_loop::keyframe::Keyframe;
 use crate::control_loop::record::CycleRecord;
 use crate::recording::{FrameRecord, Severity};
@@ -129,16 +129,20 @@ impl Decoder {
         taken.unwrap_or_else(|error| emit(Item::Damage(error.to_string())));
     }
 
-    fn chunk(&mut self, data: &[u8], emit: &mut dyn FnMut(Item)) -> Result<(), DecodeError> {
-        let Record::Chunk { header, data } = mcap::parse_record(op::CHUNK, data)? else { return Ok(()) };
-        // Read whole, and its checksum compared, before any of it is believed.
-        let records = ChunkReader::new(header, &data)?.collect::<Result<Vec<_>, _>>()?;
-        for record in records {
-            if let Err(error) = self.parsed(record, emit) {
-                emit(Item::Damage(error.to_string()));
+    fn chunk(&mut self, body: &[u8], emit: &mut dyn FnMut(Item)) -> Result<(), DecodeError> {
+        // Its header says how many bytes there are.
+        mcap::parse_record(op::CHUNK, body)?;
+        let mut records = records::in_chunk(body);
+        loop {
+            let step = records.step(|opcode, data| {
+                self.record(opcode, data, emit).unwrap_or_else(|error| emit(Item::Damage(error.to_string())));
+            });
+            match step.map_err(mcap::McapError::from)? {
+                Step::Record => {}
+                Step::Starved | Step::End => return Ok(()),
+                Step::Broken(error) => return Err(error.into()),
             }
         }
-        Ok(())
     }
 
     fn record(&mut self, opcode: u8, data: &[u8], emit: &mut dyn FnMut(Item)) -> Result<(), DecodeError> {

@@ -3,6 +3,7 @@
 use std::io::{self, Read};
 
 use mcap::McapError;
+use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 /// The longest record that is believed, in bytes: a log's chunks and attachments have about one million.
@@ -36,7 +37,22 @@ impl<R: Read> Records<R> {
             .with_validate_data_section_crc(false);
         Self { input, reader: LinearReader::new_with_options(options) }
     }
+}
 
+/// Reads the records in a chunk, which is given as its whole body. The chunk's length and checksum are compared before
+/// the first record is given: a wrong byte in it could make a record of any length, and more memory than there is.
+pub fn in_chunk(body: &[u8]) -> Records<impl Read> {
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_record_length_limit(LONGEST_RECORD)
+        .with_prevalidate_chunk_crcs(true);
+    let length = u64::try_from(body.len()).unwrap_or(u64::MAX).to_le_bytes();
+    let input = io::Cursor::new([op::CHUNK]).chain(io::Cursor::new(length)).chain(body);
+    Records { input, reader: LinearReader::new_with_options(options) }
+}
+
+impl<R: Read> Records<R> {
     /// Reads on; gives the opcode and the body of a record to `take`.
     ///
     /// # Errors
