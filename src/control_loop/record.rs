@@ -1,5 +1,7 @@
 //! What one cycle leaves behind: a fixed-size record, handed over without waiting.
 
+use hinf_control::TrackingError;
+use nalgebra::Vector2;
 use uarm_io::drive::network::NetworkHealth;
 use uarm_io::link::LinkHealth;
 use uarm_io::time::Instant;
@@ -136,6 +138,15 @@ impl CycleRecord {
         self.parameter_count = parameters.len().min(PARAMETER_CAPACITY);
         for (to, from) in self.parameters.iter_mut().zip(parameters) {
             *to = *from;
+        }
+    }
+
+    /// Estimated less desired motion of joints 2 and 3.
+    pub fn tracking_error(&self) -> TrackingError<f64> {
+        let ([_, position_2, position_3], [_, rate_2, rate_3]) = (self.position, self.rate);
+        TrackingError {
+            rate: Vector2::new(rate_2, rate_3) - Vector2::from(self.reference_rate),
+            position: Vector2::new(position_2, position_3) - Vector2::from(self.reference_position),
         }
     }
 

@@ -26,6 +26,23 @@ pub struct CycleInstants {
     pub done: Instant,
 }
 
+impl CycleInstants {
+    /// From the scheduled start to the wake-up.
+    pub fn wake_up(&self) -> Duration {
+        self.woke.since(self.scheduled)
+    }
+
+    /// From SYNC to the last encoder count.
+    pub fn answer(&self) -> Duration {
+        self.counts_in.since(self.sync_sent)
+    }
+
+    /// From the scheduled start to the last torque on the link.
+    pub fn total(&self) -> Duration {
+        self.torque_out.since(self.scheduled)
+    }
+}
+
 /// The latencies of one kind, in nanoseconds.
 #[derive(Clone, Debug)]
 struct Latencies {
@@ -108,9 +125,9 @@ impl TimingRecorder {
     pub fn record(&mut self, instants: &CycleInstants, elapsed_ticks: u64) {
         self.cycles += 1;
         self.skipped_ticks += elapsed_ticks.saturating_sub(1);
-        self.wake_up.record(instants.woke.since(instants.scheduled));
-        self.answer.record(instants.counts_in.since(instants.sync_sent));
-        let total = instants.torque_out.since(instants.scheduled);
+        self.wake_up.record(instants.wake_up());
+        self.answer.record(instants.answer());
+        let total = instants.total();
         self.total.record(total);
         if total > self.period {
             self.missed_deadlines += 1;

@@ -6,7 +6,12 @@ use std::path::PathBuf;
 use hinf_control::Law;
 use serde::Serialize;
 
+use super::Outcome;
 use crate::control_loop::timing::{LatencySummary, TimingSummary, Verdict};
+use crate::robot::Robot;
+
+/// How a run that ended as planned tells it.
+pub const COMPLETED: &str = "completed";
 
 /// The summary of one run, as printed and as `--json` gives it. Angles in degrees, torques in N·m, indices as in
 /// Table 4 of the paper.
@@ -55,6 +60,30 @@ pub struct RunReport {
     pub losses: Vec<String>,
 }
 
+/// What a run was, for its report.
+#[derive(Clone, Copy, Debug)]
+pub struct Subject<'a> {
+    /// The robot.
+    pub robot: &'a Robot,
+    /// The embedded plant, or the interface.
+    pub plant: &'a str,
+    /// The control law.
+    pub law: Law,
+    /// The clock of the loop.
+    pub clock: ClockKind,
+}
+
+/// How a run ended, in words.
+#[derive(Clone, Debug)]
+pub struct Ending {
+    /// All of it.
+    pub text: String,
+    /// The first cause of an end that was not asked for.
+    pub fault: Option<String>,
+    /// Did it end as planned?
+    pub completed: bool,
+}
+
 /// The clock of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -91,6 +120,35 @@ impl Indices {
 }
 
 impl RunReport {
+    /// The report of a run of which no record was lost.
+    pub fn new(subject: Subject<'_>, ending: Ending, outcome: &Outcome, log: Option<PathBuf>) -> Self {
+        let Subject { robot, plant, law, clock } = subject;
+        let (bus, timing) = (robot.bus.time, outcome.timing);
+        let in_real_time = clock == ClockKind::Monotonic;
+        Self {
+            robot: robot.name.clone(),
+            plant: plant.to_owned(),
+            controller: law.name(),
+            end: ending.text,
+            fault: ending.fault,
+            completed: ending.completed,
+            indices: outcome.indices,
+            paper: Indices::published(law),
+            final_error_deg: outcome.final_error.map(f64::to_degrees),
+            peak_torque_nm: outcome.peak_torque,
+            base_drift_deg: outcome.base_drift.to_degrees(),
+            limited_cycles: outcome.limited_cycles,
+            clock,
+            timing,
+            timing_verdict: in_real_time.then(|| timing.verdict()),
+            bus: BusReport { time_per_cycle_us: bus.cyclic.as_secs_f64() * 1e6, load: bus.load },
+            page_faults: in_real_time.then_some(outcome.page_faults.minor + outcome.page_faults.major),
+            log,
+            records_dropped: 0,
+            losses: Vec::new(),
+        }
+    }
+
     /// Was anything lost on the way?
     pub fn has_loss(&self) -> bool {
         self.records_dropped > 0 || !self.losses.is_empty()
@@ -163,10 +221,9 @@ impl RunReport {
                     "  loop               {} cycles of {milliseconds} ms, {} deadlines missed, {} ticks skipped",
                     timing.cycles, timing.missed_deadlines, timing.skipped_ticks
                 )?;
-                writeln!(output, "    latency (us)          min      mean       p99     p99.9       max")?;
-                print_latency(output, "wake-up", &timing.wake_up)?;
-                print_latency(output, "SYNC to counts", &timing.answer)?;
-                print_latency(output, "total", &timing.total)?;
+                for line in latency_table(timing) {
+                    writeln!(output, "    {line}")?;
+                }
                 if let Some(faults) = self.page_faults {
                     writeln!(output, "  page faults        {faults} in the loop")?;
                 }
@@ -182,11 +239,20 @@ impl RunReport {
     }
 }
 
-fn print_latency(output: &mut impl Write, name: &str, latency: &LatencySummary) -> io::Result<()> {
+/// The latencies of a loop, line by line.
+pub fn latency_table(timing: &TimingSummary) -> [String; 4] {
+    [
+        format!("{:<16} {:>8}  {:>8}  {:>8}  {:>8}  {:>8}", "latency (us)", "min", "mean", "p99", "p99.9", "max"),
+        latency_row("wake-up", &timing.wake_up),
+        latency_row("SYNC to counts", &timing.answer),
+        latency_row("total", &timing.total),
+    ]
+}
+
+fn latency_row(name: &str, latency: &LatencySummary) -> String {
     let microseconds = |nanoseconds: u64| nanoseconds as f64 / 1e3;
-    writeln!(
-        output,
-        "    {name:<16} {:>8.1}  {:>8.1}  {:>8.1}  {:>8.1}  {:>8.1}",
+    format!(
+        "{name:<16} {:>8.1}  {:>8.1}  {:>8.1}  {:>8.1}  {:>8.1}",
         microseconds(latency.minimum_ns),
         latency.mean_ns / 1e3,
         microseconds(latency.p99_ns),

@@ -14,7 +14,7 @@ use uarm_io::monotonic::MonotonicClock;
 use uarm_io::realtime::{Priority, Processor, RealtimePolicy, RealtimeSettings, RealtimeThread};
 use uarm_io::time::{Clock, Instant};
 
-use super::report::{BusReport, ClockKind, Indices, RunReport};
+use super::report::{COMPLETED, ClockKind, Ending, RunReport, Subject};
 use super::{Finished, Settings, embedded, hardware};
 use crate::commands::run::{PlantChoice, RealtimeChoice};
 use crate::control_loop::LoopEnd;
@@ -264,40 +264,18 @@ impl Session {
     }
 
     fn report(&self, robot: &Robot, finished: Finished, log: Option<PathBuf>) -> RunReport {
-        let outcome = finished.outcome;
-        let (completed, end, fault) = match &finished.end {
-            Ok(LoopEnd::Completed) => (true, "completed".to_owned(), None),
-            Ok(LoopEnd::Interrupted) => (false, format!("interrupted; {}", finished.stop), None),
-            Err(error) => (false, format!("FAILED: {error:#}; {}", finished.stop), Some(format!("{error:#}"))),
+        let Finished { end, outcome, stop } = finished;
+        let (completed, text, fault) = match &end {
+            Ok(LoopEnd::Completed) => (true, COMPLETED.to_owned(), None),
+            Ok(LoopEnd::Interrupted) => (false, format!("interrupted; {stop}"), None),
+            Err(error) => (false, format!("FAILED: {error:#}; {stop}"), Some(format!("{error:#}"))),
         };
         let clock = match self.place {
             Place::EmbeddedVirtual(_) => ClockKind::Virtual,
             Place::EmbeddedReal(_) | Place::Interface(_) => ClockKind::Monotonic,
         };
-        let bus = robot.bus.time;
-        RunReport {
-            robot: robot.name.clone(),
-            plant: self.place_name(),
-            controller: self.law.name(),
-            end,
-            fault,
-            completed,
-            indices: outcome.indices,
-            paper: Indices::published(self.law),
-            final_error_deg: outcome.final_error.map(f64::to_degrees),
-            peak_torque_nm: outcome.peak_torque,
-            base_drift_deg: outcome.base_drift.to_degrees(),
-            limited_cycles: outcome.limited_cycles,
-            timing: outcome.timing,
-            clock,
-            timing_verdict: (clock == ClockKind::Monotonic).then(|| outcome.timing.verdict()),
-            bus: BusReport { time_per_cycle_us: bus.cyclic.as_secs_f64() * 1e6, load: bus.load },
-            page_faults: (clock == ClockKind::Monotonic)
-                .then_some(outcome.page_faults.minor + outcome.page_faults.major),
-            log,
-            records_dropped: 0,
-            losses: Vec::new(),
-        }
+        let subject = Subject { robot, plant: &self.place_name(), law: self.law, clock };
+        RunReport::new(subject, Ending { text, fault, completed }, &outcome, log)
     }
 }
 

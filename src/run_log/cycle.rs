@@ -1,7 +1,7 @@
 //! A cycle's record as the messages of `/control`, `/timing` and `/drives`, and back.
 
 use uarm_io::drive::cia402::Statusword;
-use uarm_io::time::Instant;
+use uarm_io::time::Duration;
 
 use super::proto::{ControlSample, DriveState, DriveStates, LoopTiming};
 use super::time_axis::TimeAxis;
@@ -33,8 +33,8 @@ pub struct ShapeError {
     pub expected: usize,
 }
 
-fn microseconds(from: Instant, to: Instant) -> f64 {
-    to.since(from).as_secs_f64() * 1e6
+fn microseconds(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1e6
 }
 
 impl CycleMessages {
@@ -147,9 +147,9 @@ fn timing(record: &CycleRecord, axis: TimeAxis) -> LoopTiming {
         counts_in_ns: axis.at(counts_in),
         torque_out_ns: axis.at(torque_out),
         done_ns: axis.at(done),
-        wake_up_us: microseconds(scheduled, woke),
-        answer_us: microseconds(sync_sent, counts_in),
-        total_us: microseconds(scheduled, torque_out),
+        wake_up_us: microseconds(record.instants.wake_up()),
+        answer_us: microseconds(record.instants.answer()),
+        total_us: microseconds(record.instants.total()),
     }
 }
 
@@ -178,6 +178,7 @@ pub fn state_in_words(statusword: u16) -> String {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use uarm_io::time::Instant;
 
     fn any_record() -> impl Strategy<Value = CycleRecord> {
         let numbers = prop::collection::vec(any::<u64>().prop_map(f64::from_bits), 80);

@@ -20,6 +20,7 @@ use sim::Disturbance;
 use super::time_axis::TimeAxis;
 use crate::commands::run::DisturbanceChoice;
 use crate::experiment::Settings;
+use crate::experiment::report::ClockKind;
 use crate::recording::RunEnd;
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
@@ -65,6 +66,16 @@ fn name_of(choice: impl ValueEnum) -> String {
 }
 
 impl RunDescription {
+    /// The clock of the loop.
+    pub fn clock(&self) -> ClockKind {
+        if self.axis == TimeAxis::simulated() { ClockKind::Virtual } else { ClockKind::Monotonic }
+    }
+
+    /// The CAN interface, unless the robot was an embedded one: those have names of several words, interfaces never.
+    pub fn interface(&self) -> Option<&str> {
+        Some(self.place.as_str()).filter(|place| !place.contains(char::is_whitespace))
+    }
+
     /// The record [`RUN`].
     pub fn run_fields(&self) -> Fields {
         let Settings { law, guard, overrun, period_source, approach, disturbance, disturbance_site } = &self.settings;
