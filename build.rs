@@ -9,6 +9,9 @@ use protox::prost::Message;
 /// One `.proto` file per kind of message; each stands alone, so that its descriptor set is the schema in the log.
 const MESSAGES: [&str; 6] = ["can", "control", "drives", "fault", "keyframe", "timing"];
 
+/// Messages that `uarm show --json` and `uarm monitor --json` print as they are.
+const SHOWN_AS_JSON: [&str; 4] = [".uarm.CanHealth", ".uarm.NodeHealth", ".uarm.InterfaceHealth", ".uarm.Fault"];
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     stamp_commit();
     compile_messages()
@@ -38,6 +41,10 @@ fn compile_messages() -> Result<(), Box<dyn std::error::Error>> {
         }
         std::fs::write(output.join(Path::new(name).with_extension("fds")), descriptors.encode_to_vec())?;
     }
-    Config::new().compile_fds(protox::compile(files, ["proto"])?)?;
+    let mut config = Config::new();
+    for message in SHOWN_AS_JSON {
+        config.type_attribute(message, "#[derive(serde::Serialize)]");
+    }
+    config.compile_fds(protox::compile(files, ["proto"])?)?;
     Ok(())
 }

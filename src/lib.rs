@@ -8,6 +8,8 @@ pub mod controllers;
 pub mod experiment;
 pub mod figures;
 pub mod filter_study;
+pub mod inspection;
+pub mod plain_text;
 pub mod recording;
 pub mod replay;
 pub mod robot;

@@ -9,6 +9,7 @@ pub mod map;
 pub mod plant;
 pub mod replay;
 pub mod run;
+pub mod show;
 pub mod train;
 
 use std::process::ExitCode;
@@ -43,6 +44,7 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(arguments) => run::execute(arguments),
         Command::Replay(arguments) => replay::execute(arguments),
+        Command::Show(arguments) => show::execute(arguments),
         Command::Compare(arguments) => compare::execute(arguments),
         Command::Plant(arguments) => plant::execute(arguments),
         Command::Map(arguments) => map::execute(arguments),

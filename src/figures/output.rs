@@ -1,6 +1,7 @@
 //! Sheets as files.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use plotters::backend::SVGBackend;
 
@@ -23,6 +24,74 @@ pub enum Format {
     /// Both
     #[default]
     Both,
+}
+
+/// A file with one figure.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FigureFile {
+    path: PathBuf,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Svg,
+    Png,
+}
+
+impl Kind {
+    const ALL: [Self; 2] = [Self::Svg, Self::Png];
+
+    const fn extension(self) -> &'static str {
+        match self {
+            Self::Svg => "svg",
+            Self::Png => "png",
+        }
+    }
+}
+
+impl Format {
+    const fn kinds(self) -> &'static [Kind] {
+        match self {
+            Self::Svg => &[Kind::Svg],
+            Self::Png => &[Kind::Png],
+            Self::Both => &Kind::ALL,
+        }
+    }
+}
+
+impl FromStr for FigureFile {
+    type Err = FigureError;
+
+    fn from_str(text: &str) -> Result<Self, FigureError> {
+        Self::new(text.into())
+    }
+}
+
+impl FigureFile {
+    /// The file at `path`.
+    ///
+    /// # Errors
+    /// [`FigureError::Extension`] if its name does not say of which kind it is.
+    pub fn new(path: PathBuf) -> Result<Self, FigureError> {
+        let is = |kind: &Kind| path.extension().is_some_and(|extension| extension == kind.extension());
+        match Kind::ALL.into_iter().find(is) {
+            Some(kind) => Ok(Self { path, kind }),
+            None => Err(FigureError::Extension { file: path }),
+        }
+    }
+
+    /// Writes the sheet.
+    ///
+    /// # Errors
+    /// If it cannot be drawn, or the file not be written.
+    pub fn write(&self, sheet: &Sheet) -> Result<(), FigureError> {
+        let bytes = match self.kind {
+            Kind::Svg => svg(sheet)?.into_bytes(),
+            Kind::Png => png(sheet)?,
+        };
+        std::fs::write(&self.path, bytes).map_err(|source| FigureError::Write { file: self.path.clone(), source })
+    }
 }
 
 /// The sheet as an SVG document.
@@ -61,17 +130,10 @@ pub fn png(sheet: &Sheet) -> Result<Vec<u8>, FigureError> {
 /// If it cannot be drawn, or a file not be written.
 pub fn write(sheet: &Sheet, directory: &Path, format: Format) -> Result<Vec<PathBuf>, FigureError> {
     let mut written = Vec::new();
-    let mut keep = |extension: &str, bytes: &[u8]| {
-        let file = directory.join(format!("{}.{extension}", sheet.name));
-        std::fs::write(&file, bytes).map_err(|source| FigureError::Write { file: file.clone(), source })?;
-        written.push(file);
-        Ok::<(), FigureError>(())
-    };
-    if matches!(format, Format::Svg | Format::Both) {
-        keep("svg", svg(sheet)?.as_bytes())?;
-    }
-    if matches!(format, Format::Png | Format::Both) {
-        keep("png", &png(sheet)?)?;
+    for &kind in format.kinds() {
+        let file = FigureFile { path: directory.join(format!("{}.{}", sheet.name, kind.extension())), kind };
+        file.write(sheet)?;
+        written.push(file.path);
     }
     Ok(written)
 }
@@ -81,10 +143,5 @@ pub fn write(sheet: &Sheet, directory: &Path, format: Format) -> Result<Vec<Path
 /// # Errors
 /// If the extension is none of the formats, if it cannot be drawn, or the file not be written.
 pub fn write_as(sheet: &Sheet, file: &Path) -> Result<(), FigureError> {
-    let bytes = match file.extension().and_then(|extension| extension.to_str()) {
-        Some("svg") => svg(sheet)?.into_bytes(),
-        Some("png") => png(sheet)?,
-        _ => return Err(FigureError::Extension { file: file.to_owned() }),
-    };
-    std::fs::write(file, bytes).map_err(|source| FigureError::Write { file: file.to_owned(), source })
+    FigureFile::new(file.to_owned())?.write(sheet)
 }
