@@ -66,7 +66,7 @@ fn loop_side(criterion: &mut Criterion) {
     let frames = frames();
     let Recording { mut loop_recorder, mut frame_recorder, writer } =
         recording::start(Vec::new(), FullQueue::Keep).expect("a thread");
-    criterion.bench_function("recording/loop side, one cycle of 8 frames", |bencher| {
+    criterion.bench_function("recording: loop side, one cycle of 8 frames", |bencher| {
         bencher.iter_custom(|cycles| {
             let mut spent = Duration::ZERO;
             for cycle in 0..cycles {
@@ -98,7 +98,7 @@ fn freeze(criterion: &mut Criterion) {
     let mut controller =
         uarm::controllers::build(settings.law, &robot, settings.guard).expect("the built-in robot's law");
     let path = experiment::signal_path(&robot, &settings, &mut controller).expect("the built-in robot");
-    criterion.bench_function("recording/freeze the inner state", |bencher| bencher.iter(|| path.freeze()));
+    criterion.bench_function("recording: freeze the inner state", |bencher| bencher.iter(|| path.freeze()));
 }
 
 /// Messages, MCAP and zstd of one cycle, on the writer's thread.
@@ -115,7 +115,7 @@ fn writer_side(criterion: &mut Criterion) {
     let mut log =
         LogWriter::new(std::io::sink(), Path::new("log"), &run, &request, LoopInstant::default(), &[]).expect("a sink");
     let mut tick = 0_u64;
-    criterion.bench_function("recording/writer side, one cycle of 8 frames", |bencher| {
+    criterion.bench_function("recording: writer side, one cycle of 8 frames", |bencher| {
         bencher.iter(|| {
             tick += 1;
             let at = LoopInstant::from_nanoseconds(3_000_000 * tick);

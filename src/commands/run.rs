@@ -14,8 +14,12 @@ use crate::control_loop::schedule::OverrunPolicy;
 use crate::control_loop::task_clock::PeriodSource;
 use crate::control_loop::torque::DisturbanceSite;
 use crate::controllers::AdaptationGuard;
-use crate::experiment::report::RunReport;
-use crate::experiment::session::{self, Place, Session};
+use crate::experiment::Settings;
+use crate::experiment::place::Place;
+use crate::experiment::realtime::Realtime;
+use crate::experiment::report::{RunReport, print_mean};
+use crate::experiment::session::Session;
+use crate::experiment::tape::Repetition;
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::run_log::place::LogChoice;
@@ -157,20 +161,8 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let robot = robot(arguments)?;
     let stop = StopRequest::on_signals().context("signal handlers")?;
     let session = Session {
-        law: arguments.controller,
+        settings: settings(arguments),
         place: place(arguments),
-        guard: arguments.adaptation.unwrap_or(match arguments.can {
-            Some(_) => AdaptationGuard::Bounded,
-            None => AdaptationGuard::None,
-        }),
-        overrun: arguments.overrun,
-        period_source: arguments.dt,
-        approach: arguments.approach,
-        disturbance: disturbance(arguments),
-        disturbance_site: arguments.disturbance_site.unwrap_or(match arguments.can {
-            Some(_) => DisturbanceSite::Command,
-            None => DisturbanceSite::Plant,
-        }),
         realtime: realtime(arguments)?,
         log: arguments.log.clone().unwrap_or_default(),
         trace: arguments.trace.clone(),
@@ -179,11 +171,11 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         eprintln!("{line}");
     }
     let mut reports = Vec::new();
-    for repetition in 1..=arguments.repeat {
+    for number in 1..=arguments.repeat {
         if stop.is_made() {
             break;
         }
-        let report = session.run(&robot, repetition, arguments.repeat, &stop)?;
+        let report = session.run(&robot, Repetition { number, of: arguments.repeat }, &stop)?;
         if !arguments.json {
             report.print(&mut std::io::stdout().lock())?;
         }
@@ -201,7 +193,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         serde_json::to_writer_pretty(&mut output, &reports)?;
         writeln!(output)?;
     } else if reports.len() > 1 {
-        session::print_mean(&reports, &mut std::io::stdout().lock())?;
+        print_mean(&reports, &mut std::io::stdout().lock())?;
     }
     Ok(exit_code(outcome(&reports, arguments.can.is_some())))
 }
@@ -229,6 +221,23 @@ fn robot(arguments: &Arguments) -> anyhow::Result<Robot> {
     Ok(robot)
 }
 
+/// On drives, what is safe; on the embedded robot, what the paper did.
+fn settings(arguments: &Arguments) -> Settings {
+    let (guard, disturbance, disturbance_site) = match arguments.can {
+        Some(_) => (AdaptationGuard::Bounded, DisturbanceChoice::None, DisturbanceSite::Command),
+        None => (AdaptationGuard::None, DisturbanceChoice::Paper, DisturbanceSite::Plant),
+    };
+    Settings {
+        law: arguments.controller,
+        guard: arguments.adaptation.unwrap_or(guard),
+        overrun: arguments.overrun,
+        period_source: arguments.dt,
+        approach: arguments.approach,
+        disturbance: arguments.disturbance.unwrap_or(disturbance).into(),
+        disturbance_site: arguments.disturbance_site.unwrap_or(disturbance_site),
+    }
+}
+
 fn place(arguments: &Arguments) -> Place {
     match (&arguments.can, arguments.virtual_time) {
         (Some(interface), _) => Place::Interface(interface.clone()),
@@ -237,12 +246,7 @@ fn place(arguments: &Arguments) -> Place {
     }
 }
 
-fn disturbance(arguments: &Arguments) -> Disturbance {
-    let default = if arguments.can.is_some() { DisturbanceChoice::None } else { DisturbanceChoice::Paper };
-    arguments.disturbance.unwrap_or(default).into()
-}
-
-fn realtime(arguments: &Arguments) -> anyhow::Result<session::Realtime> {
+fn realtime(arguments: &Arguments) -> anyhow::Result<Realtime> {
     let default = if arguments.can.is_some() { RealtimeChoice::Enforce } else { RealtimeChoice::Prefer };
-    session::Realtime::new(arguments.rt.unwrap_or(default), arguments.priority, arguments.cpu)
+    Realtime::new(arguments.rt.unwrap_or(default), arguments.priority, arguments.cpu)
 }

@@ -5,14 +5,21 @@
 //! | [`embedded`] | the embedded robot, in real or virtual time |
 //! | [`hardware`] | drives on a CAN interface |
 //! | [`session`] | experiments as the command line asks for them |
+//! | [`place`], [`realtime`], [`tape`], [`watch`] | where they run, how the loop is scheduled, what they are recorded in, how they are watched |
+//! | [`loop_thread`] | what happens on the loop's thread |
 //! | [`statistics`] | what the report tells of the motion |
 //! | [`report`] | the report |
 
 pub mod embedded;
 pub mod hardware;
+pub mod loop_thread;
+pub mod place;
+pub mod realtime;
 pub mod report;
 pub mod session;
 pub mod statistics;
+pub mod tape;
+pub mod watch;
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 

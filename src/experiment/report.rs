@@ -268,3 +268,19 @@ fn verdict_word(verdict: Verdict) -> &'static str {
         Verdict::Missed => "deadlines missed",
     }
 }
+
+/// Prints the means over several experiments, as the paper gives them over five.
+///
+/// # Errors
+/// If the output cannot be written.
+pub fn print_mean(reports: &[RunReport], output: &mut impl Write) -> io::Result<()> {
+    let count = reports.len() as f64;
+    let mean = |value: fn(&RunReport) -> f64| reports.iter().map(value).sum::<f64>() / count;
+    writeln!(
+        output,
+        "mean of {} experiments: L2 {:.4}, E {:.4} N m s",
+        reports.len(),
+        mean(|report| report.indices.l2),
+        mean(|report| report.indices.e)
+    )
+}

@@ -14,9 +14,10 @@ use super::statistics::Summary;
 use super::trial::{self, Trial};
 use super::{FITTED_PLANT_CAVEAT, parallel};
 use crate::commands::run::PlantChoice;
+use crate::experiment::Outcome;
 use crate::experiment::embedded::{self, EmbeddedPlant};
+use crate::experiment::place::plant_name;
 use crate::experiment::report::Indices;
-use crate::experiment::{Outcome, session};
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 
@@ -120,7 +121,7 @@ pub fn run(settings: &ComparisonSettings<'_>, done: impl Fn() + Sync) -> anyhow:
         .context("no experiments")?;
     Ok(Comparison {
         robot: first.name.clone(),
-        plant: session::plant_name(settings.plant),
+        plant: plant_name(settings.plant),
         repetitions: settings.repetitions.get(),
         variation: settings.variation,
         seed: settings.seed,
