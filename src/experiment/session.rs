@@ -8,7 +8,7 @@ use std::thread;
 use super::loop_thread::Start;
 use super::place::Place;
 use super::realtime::Realtime;
-use super::report::{BusReport, ClockKind, Indices, RunReport};
+use super::report::{COMPLETED, ClockKind, Ending, RunReport, Subject};
 use super::tape::{End, Losses, Repetition, Tape};
 use super::watch::show_progress;
 use super::{Finished, Settings};
@@ -102,38 +102,15 @@ impl Session {
     }
 
     fn report(&self, robot: &Robot, finished: &Finished, log: Option<&Path>) -> RunReport {
-        let outcome = &finished.outcome;
-        let (completed, end, fault) = match &finished.end {
-            Ok(LoopEnd::Completed) => (true, "completed".to_owned(), None),
-            Ok(LoopEnd::Interrupted) => (false, format!("interrupted; {}", finished.stop), None),
-            Err(error) => (false, format!("FAILED: {error:#}; {}", finished.stop), Some(format!("{error:#}"))),
+        let Finished { end, outcome, stop } = finished;
+        let (completed, text, fault) = match end {
+            Ok(LoopEnd::Completed) => (true, COMPLETED.to_owned(), None),
+            Ok(LoopEnd::Interrupted) => (false, format!("interrupted; {stop}"), None),
+            Err(error) => (false, format!("FAILED: {error:#}; {stop}"), Some(format!("{error:#}"))),
         };
-        let clock = self.place.clock();
-        let law = self.settings.law;
-        let bus = robot.bus.time;
-        RunReport {
-            robot: robot.name.clone(),
-            plant: self.place.name(),
-            controller: law.name(),
-            end,
-            fault,
-            completed,
-            indices: outcome.indices,
-            paper: Indices::published(law),
-            final_error_deg: outcome.final_error.map(f64::to_degrees),
-            peak_torque_nm: outcome.peak_torque,
-            base_drift_deg: outcome.base_drift.to_degrees(),
-            limited_cycles: outcome.limited_cycles,
-            timing: outcome.timing,
-            clock,
-            timing_verdict: (clock == ClockKind::Monotonic).then(|| outcome.timing.verdict()),
-            bus: BusReport { time_per_cycle_us: bus.cyclic.as_secs_f64() * 1e6, load: bus.load },
-            page_faults: (clock == ClockKind::Monotonic)
-                .then_some(outcome.page_faults.minor + outcome.page_faults.major),
-            log: log.map(Path::to_owned),
-            records_dropped: 0,
-            losses: Vec::new(),
-        }
+        let (plant, law, clock) = (self.place.name(), self.settings.law, self.place.clock());
+        let subject = Subject { robot, plant: &plant, law, clock };
+        RunReport::new(subject, Ending { text, fault, completed }, outcome, log.map(Path::to_owned))
     }
 }
 
