@@ -28,6 +28,8 @@ pub enum Command {
     Run(Box<commands::run::Arguments>),
     /// Run a recorded experiment again, bit for bit; or ask what another controller would have done
     Replay(Box<commands::replay::Arguments>),
+    /// Look at a running controller: joints, torques, timing, bus and drives, from the log that it writes
+    Monitor(commands::monitor::Arguments),
     /// Tell what is in the log of a run: summary, timing, faults, plots, CSV
     Show(commands::show::Arguments),
     /// Compare the controllers, beside the paper's Table 4, or on a thousand robots drawn around the one

@@ -9,6 +9,7 @@ pub mod experiment;
 pub mod figures;
 pub mod filter_study;
 pub mod inspection;
+pub mod monitor;
 pub mod plain_text;
 pub mod recording;
 pub mod replay;

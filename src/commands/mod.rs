@@ -6,6 +6,7 @@ pub mod doctor;
 pub mod figures;
 pub mod filters;
 pub mod map;
+pub mod monitor;
 pub mod plant;
 pub mod replay;
 pub mod run;
@@ -44,6 +45,7 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(arguments) => run::execute(arguments),
         Command::Replay(arguments) => replay::execute(arguments),
+        Command::Monitor(arguments) => monitor::execute(arguments),
         Command::Show(arguments) => show::execute(arguments),
         Command::Compare(arguments) => compare::execute(arguments),
         Command::Plant(arguments) => plant::execute(arguments),

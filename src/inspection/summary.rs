@@ -11,8 +11,7 @@ use crate::run_log::decoder::LoggedNote;
 use crate::run_log::description::Fields;
 use crate::run_log::proto;
 use crate::run_log::reader::RunLog;
-
-const NANOSECONDS_PER_SECOND: f64 = 1e9;
+use crate::run_log::time_axis::seconds_between;
 
 /// A run as its log tells it.
 #[derive(Clone, Debug, Serialize)]
@@ -117,10 +116,6 @@ impl Summary {
 fn begin(log: &RunLog) -> u64 {
     let first_cycle = log.cycles.first().map(|record| log.run.axis.at(record.instants.scheduled));
     first_cycle.or_else(|| log.notes.first().map(|note| note.at)).unwrap_or_default()
-}
-
-fn seconds_between(from: u64, to: u64) -> f64 {
-    (i128::from(to) - i128::from(from)) as f64 / NANOSECONDS_PER_SECOND
 }
 
 fn report(log: &RunLog) -> RunReport {

@@ -51,6 +51,11 @@ fn saturate(nanoseconds: i128) -> u64 {
     u64::try_from(nanoseconds.max(0)).unwrap_or(u64::MAX)
 }
 
+/// How far one point on the axis is behind another, s.
+pub fn seconds_between(from: u64, to: u64) -> f64 {
+    (i128::from(to) - i128::from(from)) as f64 / NANOSECONDS_PER_SECOND as f64
+}
+
 /// A point on the axis as Foxglove's messages have it, until 2106.
 pub fn timestamp(at: u64) -> Timestamp {
     let seconds = u32::try_from(at / NANOSECONDS_PER_SECOND).unwrap_or(u32::MAX);
