@@ -181,6 +181,7 @@ fn a_fault_stands_first_with_its_cause_and_the_flight_recorder() {
     }
     let figure = std::fs::read_to_string(folder.join("run.svg")).unwrap();
     assert!(figure.contains("flight recorder"), "the window is shaded");
+    assert!(figure.contains("tracking error is"), "the figure names the cause");
     let (_, summary) = summary(&folder, "run.mcap");
     assert_eq!(summary["fault"]["cause"], cause);
     assert_eq!(summary["fault"]["cycles"], summary["contents"]["cycles"], "the run was shorter than the window");
@@ -248,6 +249,24 @@ fn flipped_bytes_never_make_it_panic_and_are_told() {
             assert_eq!(summary["report"]["indices"], run["indices"]);
         }
     }
+}
+
+#[test]
+fn a_changed_description_is_noticed() {
+    let folder = folder("changed");
+    recorded(&folder, &[]);
+    let mut bytes = std::fs::read(folder.join("run.mcap")).unwrap();
+    let wanted = b"viscous_friction_nm_s = ";
+    let at = bytes.windows(wanted.len()).position(|window| window == wanted).unwrap();
+    // Another digit: still a robot file.
+    let digit = (at..).find(|at| (b'1'..=b'8').contains(&bytes[*at])).unwrap();
+    bytes[digit] += 1;
+    std::fs::write(folder.join("changed.mcap"), &bytes).unwrap();
+    let (code, summary) = summary(&folder, "changed.mcap");
+    assert_eq!(code, 3);
+    let losses = summary["report"]["losses"].to_string();
+    assert!(losses.contains("something in it is not as it was written"), "{losses}");
+    assert_eq!(summary["contents"]["cycles"], 1167, "all of it is told");
 }
 
 #[test]

@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use mcap::McapError;
+
 use super::decoder::{Decoder, Item, LoggedNote};
 use super::description::{Fields, RunDescription};
 use super::proto;
@@ -89,6 +91,11 @@ impl RunLog {
                 Step::End => break,
                 Step::Starved => {
                     collected.damage("the file ends in the middle: it was not closed".to_owned());
+                    break;
+                }
+                // Told where the data end: all of them were read.
+                Step::Broken(error @ McapError::BadDataCrc { .. }) => {
+                    collected.damage(format!("something in it is not as it was written: {error}"));
                     break;
                 }
                 Step::Broken(error) => {

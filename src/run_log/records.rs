@@ -34,7 +34,7 @@ impl<R: Read> Records<R> {
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
             .with_record_length_limit(LONGEST_RECORD)
-            .with_validate_data_section_crc(false);
+            .with_validate_data_section_crc(true);
         Self { input, reader: LinearReader::new_with_options(options) }
     }
 }
