@@ -1,5 +1,7 @@
 //! What is plotted of a run: the same panels in figures and in terminals.
 
+use std::ops::Range;
+
 use crate::control_loop::record::CycleRecord;
 use crate::experiment::report::ClockKind;
 use crate::figures::paper::legend;
@@ -40,13 +42,9 @@ pub fn sheet(log: &RunLog) -> Sheet {
     if log.run.clock() == ClockKind::Monotonic {
         panels.push(latencies(&log.cycles));
     }
-    if let Some(fault) = &log.fault {
-        let start = log.run.axis.instant(fault.window_start_ns);
-        let window = log.cycles.iter().find(|record| record.instants.done >= start).map(|record| record.time);
-        for panel in &mut panels {
-            let end = panel.x.range.end;
-            panel.shade = window.map(|start| (start..end, "flight recorder".to_owned()));
-        }
+    let window = flight_recorder(log);
+    for panel in &mut panels {
+        panel.shade = window.clone().map(|window| (window, "flight recorder".to_owned()));
     }
     let [width, row] = SIZE;
     let rows = u32::try_from(panels.len().div_ceil(COLUMNS)).unwrap_or(1);
@@ -57,12 +55,25 @@ pub fn sheet(log: &RunLog) -> Sheet {
     Sheet {
         name: "run".into(),
         title: format!("{} on {}, controller {}", log.run.robot.name, log.run.place, log.run.settings.law.name()),
-        note: log.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
+        note: note(log),
         size: [width, row * rows],
         columns: COLUMNS,
         legend: legend(&entries),
         panels,
     }
+}
+
+/// The part before a fault that is marked, in task time.
+fn flight_recorder(log: &RunLog) -> Option<Range<f64>> {
+    let start = log.run.axis.instant(log.fault.as_ref()?.window_start_ns);
+    let first = log.cycles.iter().find(|record| record.instants.done >= start)?;
+    Some(first.time..log.cycles.last()?.time)
+}
+
+/// What stands below a figure's title: the file, and the first cause of a fault.
+fn note(log: &RunLog) -> String {
+    let file = log.path.file_name().unwrap_or_default().to_string_lossy();
+    log.fault.as_ref().map_or_else(|| file.to_string(), |fault| format!("{file}; {}", fault.cause))
 }
 
 /// Errors of joints 2 and 3.
