@@ -28,6 +28,8 @@ use uarm_io::time::Instant as LoopInstant;
 
 /// Frames of a usual cycle: SYNC, three answers, three commands, and a heartbeat now and then.
 const FRAMES: [u16; 8] = [0x080, 0x181, 0x182, 0x183, 0x201, 0x202, 0x203, 0x701];
+/// The period of the built-in robot.
+const PERIOD: Duration = Duration::from_millis(3);
 /// Cycles between two pauses in which the writer empties the queue: a quarter of it, so that it never fills up.
 const BURST: u64 = 1024;
 /// As many cycles as a keyframe and ten health records are for, at 3 ms.
@@ -65,7 +67,7 @@ fn loop_side(criterion: &mut Criterion) {
     let (record, keyframe) = samples();
     let frames = frames();
     let Recording { mut loop_recorder, mut frame_recorder, writer } =
-        recording::start(Vec::new(), FullQueue::Keep).expect("a thread");
+        recording::start(Vec::new(), FullQueue::Keep, PERIOD).expect("a thread");
     criterion.bench_function("recording: loop side, one cycle of 8 frames", |bencher| {
         bencher.iter_custom(|cycles| {
             let mut spent = Duration::ZERO;

@@ -103,6 +103,9 @@ fn settings(law: Law, guard: AdaptationGuard) -> Settings {
     }
 }
 
+/// The period of the built-in robot.
+const PERIOD: std::time::Duration = std::time::Duration::from_millis(3);
+
 /// Runs a law with a log, and checks that there is something in it.
 fn run_with_log(law: Law, guard: AdaptationGuard) {
     let run = RunDescription {
@@ -115,7 +118,7 @@ fn run_with_log(law: Law, guard: AdaptationGuard) {
     let request = RealtimeRequest::default();
     let log = LogWriter::new(written.clone(), Path::new("log"), &run, &request, Instant::default(), &[]).unwrap();
     let trace = TraceWriter::new(io::sink());
-    let mut recording = recording::start(vec![Box::new(log), Box::new(trace)], FullQueue::Wait).unwrap();
+    let mut recording = recording::start(vec![Box::new(log), Box::new(trace)], FullQueue::Wait, PERIOD).unwrap();
     run_watched(law, guard, &mut recording);
     let Recording { loop_recorder, frame_recorder, writer } = recording;
     let failures = writer.finish(Leftovers::of(loop_recorder, frame_recorder), RunEnd::default());
@@ -141,11 +144,11 @@ fn no_guarded_law_allocates_in_the_loop() {
 /// that waits or allocates.
 #[test]
 fn a_stalled_writer_costs_the_loop_neither_an_allocation_nor_a_wait() {
-    let mut recording = recording::start(vec![Box::new(Stalled)], FullQueue::Keep).unwrap();
+    let mut recording = recording::start(vec![Box::new(Stalled)], FullQueue::Keep, PERIOD).unwrap();
     for _ in 0..8 {
         run_watched(Law::Fuzzy, AdaptationGuard::Bounded, &mut recording);
     }
-    assert!(recording.writer.dropped() > 0, "8 runs of 1167 cycles do not fit 4096 + 2048");
+    assert!(recording.writer.dropped() > 0, "8 runs of 1167 cycles do not fit 4000 + 2000");
 }
 
 /// The watch itself: it must be able to see an allocation.

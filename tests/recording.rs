@@ -27,6 +27,9 @@ use uarm_io::frame::Frame;
 use uarm_io::link::FrameDirection;
 use uarm_io::time::Instant;
 
+/// The period of the built-in robot.
+const PERIOD: Duration = Duration::from_millis(3);
+
 /// A file that a test can read while it is written, and that may have an end.
 #[derive(Clone)]
 struct Disk {
@@ -109,7 +112,7 @@ fn cycles() -> impl Iterator<Item = CycleRecord> {
     let records = simulate(&robot, PlantChoice::Uarm, Law::Neural).unwrap().records;
     (0_u64..).zip(records.into_iter().cycle()).map(|(tick, record)| {
         let mut record = record;
-        let at = Instant::from_nanoseconds(3_000_000 * (tick + 1));
+        let at = Instant::default() + PERIOD * u32::try_from(tick + 1).unwrap();
         record.tick = tick;
         record.elapsed_ticks = u64::from(tick > 0);
         record.instants.scheduled = at;
@@ -141,7 +144,7 @@ fn the_last_seconds_before_a_fault_are_in_the_file_though_the_disk_stood_still()
     let open = Arc::new(AtomicBool::new(true));
     let sink = Gated { sink: log_writer(&disk), open: Arc::clone(&open) };
     let Recording { mut loop_recorder, mut frame_recorder, writer } =
-        recording::start(vec![Box::new(sink)], FullQueue::Keep).unwrap();
+        recording::start(vec![Box::new(sink)], FullQueue::Keep, PERIOD).unwrap();
     for record in cycles().take(CYCLES as usize) {
         // From the hundredth cycle on nothing is written until the run is over.
         open.store(record.tick < 100, Ordering::Release);
@@ -152,7 +155,7 @@ fn the_last_seconds_before_a_fault_are_in_the_file_though_the_disk_stood_still()
         }
     }
     let dropped = writer.dropped();
-    assert!(dropped > 1_000, "12 000 cycles do not fit 4096 + 2048: {dropped} lost");
+    assert!(dropped > 1_000, "12 000 cycles do not fit 4000 + 2000: {dropped} lost");
     let leftovers = Leftovers::of(loop_recorder, frame_recorder);
     let end = failed(&leftovers, dropped);
     open.store(true, Ordering::Release);
@@ -166,18 +169,43 @@ fn the_last_seconds_before_a_fault_are_in_the_file_though_the_disk_stood_still()
     assert_eq!(ticks.len() as u64 + dropped, CYCLES, "each cycle is either there or counted as lost");
     let fault = log.fault.as_ref().expect("the fault is marked");
     assert_eq!((fault.cause.as_str(), fault.last_tick), ("node 2 is on fire", Some(CYCLES - 1)));
-    assert_eq!(fault.cycles_kept, 2048);
+    assert_eq!(fault.cycles_kept, 2000);
     assert_eq!(fault.at_ns - fault.window_start_ns, 5_000_000_000);
     assert_eq!(log.end.as_ref().unwrap()["fault"], "node 2 is on fire");
     assert!(log.notes.iter().any(|note| note.text.contains("records lost: the disk is too slow")), "{:?}", log.notes);
     assert!(log.damage.iter().any(|damage| damage.contains("gaps")), "{:?}", log.damage);
 }
 
+/// The fault is when the last cycle was: not when its drives had stopped, nor where the file ends.
+#[test]
+fn the_window_before_a_fault_ends_with_the_last_cycle() {
+    const LAST: usize = 2_000;
+    let disk = Disk::endless();
+    let mut log = log_writer(&disk);
+    let records: Vec<_> = cycles().take(LAST + 1).collect();
+    // What was kept for the writer comes after what the queue took later.
+    for record in records[..LAST - 100].iter().chain(&records[LAST - 50..]).chain(&records[LAST - 100..LAST - 50]) {
+        log.take(Entry::Cycle(record)).unwrap();
+    }
+    let stopped = records[LAST].instants.done + Duration::from_secs(7);
+    let stop = frame(0x000, &[2, 0]);
+    let stop = recording::FrameRecord { sequence: 0, direction: FrameDirection::Sent, frame: stop, at: stopped };
+    log.take(Entry::Frame(&stop)).unwrap();
+    log.take(Entry::End(&failed(&Leftovers::default(), 0))).unwrap();
+    drop(log);
+
+    let log = disk.log();
+    let fault = log.fault.as_ref().unwrap();
+    assert_eq!(fault.last_tick, Some(LAST as u64));
+    assert_eq!(fault.at_ns, log.run.axis.at(records[LAST].instants.done));
+    assert_eq!(fault.at_ns - fault.window_start_ns, 5_000_000_000);
+}
+
 #[test]
 fn a_full_disk_closes_the_log_and_the_run_goes_on() {
     let disk = Disk::of_size(200_000);
     let Recording { mut loop_recorder, frame_recorder, writer } =
-        recording::start(vec![Box::new(log_writer(&disk))], FullQueue::Wait).unwrap();
+        recording::start(vec![Box::new(log_writer(&disk))], FullQueue::Wait, PERIOD).unwrap();
     for record in cycles().take(3_000) {
         loop_recorder.record(&record);
     }

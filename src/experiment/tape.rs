@@ -95,7 +95,7 @@ impl Tape {
             ClockKind::Monotonic => FullQueue::Keep,
         };
         let Recording { loop_recorder, frame_recorder, writer } =
-            recording::start(sinks, full_queue).context("the writer thread")?;
+            recording::start(sinks, full_queue, robot.period.duration()).context("the writer thread")?;
         Ok(Self { log, ends: Some((LoopSide { cycles: loop_recorder, frames: frame_recorder }, writer)) })
     }
 

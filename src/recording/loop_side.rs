@@ -78,12 +78,15 @@ pub struct Leftovers {
     pub frames: Vec<FrameRecord>,
     /// Keyframes and health records, the oldest first.
     pub occasions: Vec<Occasion>,
+    /// How many cycles were recorded, in the queue or here.
+    pub cycles_recorded: u64,
 }
 
 impl Leftovers {
     /// What is left on the loop's side.
     pub fn of(loop_recorder: LoopRecorder, frame_recorder: FrameRecorder) -> Self {
         Self {
+            cycles_recorded: loop_recorder.cycles.pushed(),
             cycles: loop_recorder.cycles.into_kept(),
             frames: frame_recorder.frames.into_kept(),
             occasions: loop_recorder.occasions.into_kept(),

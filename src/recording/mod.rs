@@ -18,6 +18,7 @@ pub mod writer;
 
 use std::io;
 use std::sync::Arc;
+use std::time::Duration;
 
 pub use loop_side::{FrameRecorder, Leftovers, LoopRecorder, Occasion};
 pub use outlet::{Dropped, FullQueue};
@@ -26,13 +27,21 @@ pub use writer::{Notebook, Writer};
 
 use outlet::{Sizes, outlet};
 
-/// Cycles that the queue holds: 12 s at 3 ms, so that a disk may stall that long before anything is lost; the ring beside
-/// it holds the last 6 s.
-const CYCLES: Sizes = Sizes { queue: 4096, ring: 2048 };
-/// Frames: twelve a cycle, where eight are usual.
-const FRAMES: Sizes = Sizes { queue: 12 * CYCLES.queue, ring: 12 * CYCLES.ring };
-/// Keyframes and health records: eleven a second.
-const OCCASIONS: Sizes = Sizes { queue: 256, ring: 64 };
+/// How long a disk may stand still before anything is lost.
+const QUEUE_SPAN: Duration = Duration::from_secs(12);
+/// How much the ring beside the queue holds: the flight recorder's five seconds, and one more.
+const RING_SPAN: Duration = Duration::from_secs(6);
+/// Frames in a cycle for which there is room; eight are usual.
+const FRAMES_PER_CYCLE: usize = 12;
+/// How often there is a keyframe or a health record: eleven times a second.
+const OCCASION_INTERVAL: Duration = Duration::from_millis(90);
+
+/// Room for records that come once in each `interval`.
+fn sizes(interval: Duration) -> Sizes {
+    let of =
+        |span: Duration| usize::try_from(span.as_nanos().div_ceil(interval.as_nanos().max(1))).unwrap_or(usize::MAX);
+    Sizes { queue: of(QUEUE_SPAN), ring: of(RING_SPAN) }
+}
 
 /// The two ends of a recording.
 pub struct Recording {
@@ -44,19 +53,34 @@ pub struct Recording {
     pub writer: Writer,
 }
 
-/// Starts a writer for `sinks`.
+/// Starts a writer for `sinks`, and makes room for a loop of this `period`.
 ///
 /// # Errors
 /// If no thread can be started.
-pub fn start(sinks: Vec<Box<dyn Sink>>, full_queue: FullQueue) -> io::Result<Recording> {
+pub fn start(sinks: Vec<Box<dyn Sink>>, full_queue: FullQueue, period: Duration) -> io::Result<Recording> {
     let dropped = Arc::new(Dropped::default());
-    let (cycles, cycle_queue) = outlet(CYCLES, full_queue, &dropped);
-    let (frames, frame_queue) = outlet(FRAMES, full_queue, &dropped);
-    let (occasions, occasion_queue) = outlet(OCCASIONS, full_queue, &dropped);
+    let per_cycle = sizes(period);
+    let (cycles, cycle_queue) = outlet(per_cycle, full_queue, &dropped);
+    let (frames, frame_queue) = outlet(per_cycle.times(FRAMES_PER_CYCLE), full_queue, &dropped);
+    let (occasions, occasion_queue) = outlet(sizes(OCCASION_INTERVAL), full_queue, &dropped);
     let queues = writer::Queues { cycles: cycle_queue, frames: frame_queue, occasions: occasion_queue };
     Ok(Recording {
         loop_recorder: LoopRecorder { cycles, occasions },
         frame_recorder: FrameRecorder::new(frames),
         writer: Writer::start(queues, sinks, full_queue, dropped)?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_room_is_measured_in_time_and_not_in_cycles() {
+        for (period, cycles) in [(3_000, 2_000), (1_000, 6_000), (7_000, 858)] {
+            let Sizes { queue, ring } = sizes(Duration::from_micros(period));
+            assert_eq!(ring, cycles, "{period} us");
+            assert!(queue.abs_diff(2 * cycles) <= 1, "{period} us: {queue}");
+        }
+    }
 }

@@ -38,12 +38,20 @@ pub struct Sizes {
     pub ring: usize,
 }
 
+impl Sizes {
+    /// Room for so many records in place of one.
+    pub const fn times(self, records: usize) -> Self {
+        Self { queue: self.queue.saturating_mul(records), ring: self.ring.saturating_mul(records) }
+    }
+}
+
 /// The loop's end of a queue.
 #[derive(Debug)]
 pub struct Outlet<T> {
     producer: Producer<T>,
     full_queue: FullQueue,
     ring: Ring<T>,
+    pushed: u64,
     dropped: Arc<Dropped>,
 }
 
@@ -51,12 +59,13 @@ pub struct Outlet<T> {
 pub fn outlet<T: Copy>(sizes: Sizes, full_queue: FullQueue, dropped: &Arc<Dropped>) -> (Outlet<T>, Consumer<T>) {
     let (producer, consumer) = RingBuffer::new(sizes.queue);
     let ring = Ring { slots: Vec::with_capacity(sizes.ring), oldest: 0 };
-    (Outlet { producer, full_queue, ring, dropped: Arc::clone(dropped) }, consumer)
+    (Outlet { producer, full_queue, ring, pushed: 0, dropped: Arc::clone(dropped) }, consumer)
 }
 
 impl<T: Copy> Outlet<T> {
     /// Hands a record over.
     pub fn push(&mut self, record: T) {
+        self.pushed += 1;
         let mut pending = record;
         while let Err(PushError::Full(returned)) = self.producer.push(pending) {
             // An abandoned queue is one whose writer has died: waiting for it would never end.
@@ -73,6 +82,11 @@ impl<T: Copy> Outlet<T> {
         if self.ring.keep(record) == Kept::InsteadOfTheOldest {
             self.dropped.add_one();
         }
+    }
+
+    /// How many records there were.
+    pub const fn pushed(&self) -> u64 {
+        self.pushed
     }
 
     /// What the queue did not take, the oldest first.

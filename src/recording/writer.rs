@@ -2,10 +2,12 @@
 
 use std::io;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::time::Duration;
 
 use rtrb::Consumer;
+use uarm_io::realtime::let_others_go_first;
 use uarm_io::time::Instant;
 
 use super::loop_side::{Leftovers, Occasion};
@@ -16,7 +18,7 @@ use crate::control_loop::record::CycleRecord;
 /// How long the writer rests when the queues are empty.
 const REST: Duration = Duration::from_millis(2);
 
-/// How long the end of a run waits for the writer. A disk that has taken nothing for so long will not either.
+/// How long the end of a run waits for the writer.
 pub const FINISH_LIMIT: Duration = Duration::from_secs(10);
 
 /// The writer's ends of the queues.
@@ -37,6 +39,7 @@ pub struct Writer {
     requests: Sender<Request>,
     failures: Receiver<Vec<String>>,
     dropped: Arc<Dropped>,
+    cycles_taken: Arc<AtomicU64>,
 }
 
 /// A way to add lines of text to a recording.
@@ -60,18 +63,23 @@ impl Writer {
     ) -> io::Result<Self> {
         let (requests, inbox) = channel();
         let (outbox, failures) = channel();
+        let cycles_taken = Arc::new(AtomicU64::new(0));
         let work = Work {
             queues,
-            outputs: Outputs { sinks, failures: Vec::new() },
+            outputs: Outputs { sinks, failures: Vec::new(), cycles_taken: Arc::clone(&cycles_taken) },
             full_queue,
             dropped: Arc::clone(&dropped),
             drops_told: 0,
         };
         std::thread::Builder::new().name("uarm-writer".into()).spawn(move || {
+            // In virtual time the loop waits for the writer, and not the other way round.
+            if full_queue == FullQueue::Keep {
+                let_others_go_first();
+            }
             // Nobody is left to tell if the other end has gone.
             let _ = outbox.send(work.run(&inbox));
         })?;
-        Ok(Self { requests, failures, dropped })
+        Ok(Self { requests, failures, dropped, cycles_taken })
     }
 
     /// A way to add lines of text, for any thread but the loop's.
@@ -86,12 +94,17 @@ impl Writer {
 
     /// Waits until all that was recorded is written, for at most [`FINISH_LIMIT`]. Returns what could not be.
     pub fn finish(self, leftovers: Leftovers, end: RunEnd) -> Vec<String> {
+        let recorded = leftovers.cycles_recorded;
         // A writer that has ended has sent its failures already.
         let _ = self.requests.send(Request::Finish(Box::new((leftovers, end))));
         match self.failures.recv_timeout(FINISH_LIMIT) {
             Ok(failures) => failures,
             Err(RecvTimeoutError::Timeout) => {
-                vec![format!("the disk took nothing for {FINISH_LIMIT:?}: what was still to be written is lost")]
+                let lost = recorded.saturating_sub(self.cycles_taken.load(Ordering::Relaxed));
+                vec![format!(
+                    "the disk is too slow or stands still: {FINISH_LIMIT:?} after the run it had not taken the last of \
+                     it; at least {lost} of {recorded} cycles are lost, and the log has no end"
+                )]
             }
             Err(RecvTimeoutError::Disconnected) => vec!["the writer thread panicked".to_owned()],
         }
@@ -102,6 +115,7 @@ impl Writer {
 struct Outputs {
     sinks: Vec<Box<dyn Sink>>,
     failures: Vec<String>,
+    cycles_taken: Arc<AtomicU64>,
 }
 
 impl Outputs {
@@ -116,6 +130,9 @@ impl Outputs {
                 })
                 .is_ok()
         });
+        if matches!(entry, Entry::Cycle(_)) {
+            self.cycles_taken.fetch_add(1, Ordering::Relaxed);
+        }
     }
 }
 

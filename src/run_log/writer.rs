@@ -61,7 +61,8 @@ struct State {
     next_shapes: Instant,
     next_transforms: Instant,
     next_lateness: Instant,
-    previous_tick: Option<u64>,
+    /// Tick and end of the latest cycle; what was kept for the writer comes after later ones.
+    latest_cycle: Option<(u64, Instant)>,
     notes: u32,
     occasions: u32,
 }
@@ -141,7 +142,7 @@ impl<W: Write> LogWriter<W> {
     fn cycle(&mut self, record: &CycleRecord) -> McapResult<()> {
         let CycleRecord { instants, tick, .. } = record;
         self.reach(instants.done);
-        self.state.previous_tick = Some(*tick);
+        self.state.latest_cycle = self.state.latest_cycle.max(Some((*tick, instants.done)));
         let (due, sampled) = (self.axis.at(instants.scheduled), self.axis.at(instants.sync_sent));
         // A reader sorts by this; it wraps after five months at 3 ms.
         let sequence = wrapped(*tick);
@@ -229,14 +230,15 @@ impl<W: Write> LogWriter<W> {
     }
 
     fn end(&mut self, end: &RunEnd) -> McapResult<()> {
-        let now = self.state.now;
         if let Some(cause) = &end.fault {
             self.note(Severity::Fatal, cause)?;
-            let at = self.axis.at(now);
+            // The drives are stopped after a fault, which may take longer than the window.
+            let instant = self.state.latest_cycle.map_or(self.state.now, |(_, done)| done);
+            let at = self.axis.at(instant);
             let fault = proto::Fault {
                 cause: cause.clone(),
-                last_tick: self.state.previous_tick,
-                window_start_ns: self.axis.at(now - FLIGHT_WINDOW),
+                last_tick: self.state.latest_cycle.map(|(tick, _)| tick),
+                window_start_ns: self.axis.at(instant - FLIGHT_WINDOW),
                 at_ns: at,
                 cycles_kept: end.cycles_kept,
                 frames_kept: end.frames_kept,

@@ -21,7 +21,7 @@ mod scheduling;
 mod system_calls;
 
 pub use processor::{Processor, ProcessorError};
-pub use scheduling::{Priority, PriorityError};
+pub use scheduling::{Priority, PriorityError, let_others_go_first};
 pub use system_calls::PageFaults;
 
 use crate::finding::{Finding, Verdict};

@@ -59,6 +59,16 @@ impl core::str::FromStr for Priority {
     }
 }
 
+/// A tenth of an ordinary thread's share when both want the processor, and all of it when nobody else does.
+const NICENESS: i32 = 10;
+
+/// Lets all other ordinary threads go first from now on: for what works beside a loop, so that on a machine without free
+/// processors neither the loop nor emulated drives wait for it. Never refused: anyone may be nicer.
+pub fn let_others_go_first() {
+    // Linux takes "this process" for "this thread" here.
+    let _ = rustix::process::setpriority_process(None, NICENESS);
+}
+
 /// The thread under `SCHED_FIFO`; ordinary again when dropped.
 #[derive(Debug)]
 pub(super) struct Fifo(());
