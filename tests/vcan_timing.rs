@@ -11,6 +11,7 @@ use std::process::{Child, Command, Output, Stdio};
 use vcan_support::Workshop;
 use vcan_support::bus::Bus;
 use vcan_support::process::{Robot, Scheduling, controller, describe, succeed};
+use vcan_support::report::{assert_every_deadline_met, need_guest_time, report};
 
 /// Cycles of each measurement: a minute at 3 ms.
 const CYCLES: u64 = 20_000;
@@ -70,20 +71,15 @@ fn run(workshop: &Workshop, period_us: u64, cycles: u64, realtime: &str) -> Outp
 fn measure(workshop: &Workshop, period_us: u64, cycles: u64, realtime: &str) -> Value {
     let output = run(workshop, period_us, cycles, realtime);
     assert!(output.status.success(), "{}", describe(&output));
-    let reports: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let timing = &reports[0]["timing"];
+    let report = report(&output);
+    let timing = &report["timing"];
     let ticks = timing["cycles"].as_u64().unwrap() + timing["skipped_ticks"].as_u64().unwrap();
-    assert!(ticks >= cycles, "{reports}");
+    assert!(ticks >= cycles, "{report}");
     timing.clone()
 }
 
 fn wake_up_maximum(timing: &Value) -> u64 {
     timing["wake_up"]["maximum_ns"].as_u64().expect("timing.wake_up.maximum_ns in the report")
-}
-
-fn assert_every_deadline_met(timing: &Value) {
-    assert_eq!(timing["missed_deadlines"].as_u64(), Some(0), "{timing}");
-    assert_eq!(timing["skipped_ticks"].as_u64(), Some(0), "{timing}");
 }
 
 /// Every deadline is met, and the worst wake-up is near cyclictest's.
@@ -95,11 +91,6 @@ fn assert_keeps_time(test: &str, period_us: u64, cycles: u64) {
     println!("{test}: {period_us} us: wake-up at most {wake_up} ns, cyclictest {yardstick} ns; {timing}");
     assert_every_deadline_met(&timing);
     assert!(wake_up as f64 <= WAKE_UP_RATIO * yardstick as f64, "wake-up {wake_up} ns, cyclictest {yardstick} ns");
-}
-
-fn need_guest_time() {
-    let mode = std::env::var("CAN_GUEST").unwrap_or_default();
-    assert_eq!(mode, "icount", "timing is measured in guest time: tools/can-guest run --guest --mode icount");
 }
 
 #[test]
@@ -130,9 +121,9 @@ fn without_fifo_scheduling_the_wake_up_bound_is_broken() {
     let _load = Load::start();
     let yardstick = cyclictest_maximum(3_000, CYCLES_BESIDE_LOAD);
     let output = run(&workshop, 3_000, CYCLES_BESIDE_LOAD, "off");
-    let reports: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let wake_up = wake_up_maximum(&reports[0]["timing"]);
-    println!("no-fifo: {}, wake-up at most {wake_up} ns, cyclictest {yardstick} ns", reports[0]["end"]);
+    let report = report(&output);
+    let wake_up = wake_up_maximum(&report["timing"]);
+    println!("no-fifo: {}, wake-up at most {wake_up} ns, cyclictest {yardstick} ns", report["end"]);
     assert!(
         !output.status.success() || wake_up as f64 > WAKE_UP_RATIO * yardstick as f64,
         "wake-up {wake_up} ns, cyclictest {yardstick} ns"

@@ -4,7 +4,7 @@ use socketcan::{CanDataFrame, CanFrame, CanSocket, EmbeddedFrame, Frame, Socket,
 use std::io::ErrorKind;
 use std::time::{Duration, Instant, SystemTime};
 
-use super::{INTERFACE, NODES};
+use super::{DRIVEN_NODE, INTERFACE, NODES};
 
 /// NMT commands (CiA 301, 7.2.8.3.1).
 pub const NMT: u16 = 0x000;
@@ -24,6 +24,10 @@ pub const HEARTBEAT: u16 = 0x700;
 const BOOT_UP: u8 = 0;
 /// The emergency error code for a missing heartbeat (CiA 301, table 26).
 pub const HEARTBEAT_ERROR: u16 = 0x8130;
+/// The emergency error code for a device that is too hot (CiA 301, table 26).
+pub const DEVICE_TEMPERATURE: u16 = 0x4210;
+/// The bit of the error register that is set with any error (CiA 301, 7.5.2.2).
+const GENERIC_ERROR: u8 = 0x01;
 
 /// Statusword (CiA 402).
 pub const STATUSWORD: u16 = 0x6041;
@@ -108,6 +112,16 @@ impl Bus {
         panic!("no {what} on {INTERFACE} within {timeout:?}");
     }
 
+    /// Waits until the arm is in motion, without resting, as [`Bus::wait_for_boot_up`] does.
+    pub fn wait_for_motion(&self) {
+        let end = Instant::now() + ANSWER;
+        // The passive joint is never given a torque.
+        while !self.drain().iter().any(|seen| seen.id == RPDO1 + u16::from(DRIVEN_NODE) && seen.u16(2) != 0) {
+            assert!(Instant::now() < end, "no torque for node {DRIVEN_NODE} on {INTERFACE} within {ANSWER:?}");
+            std::thread::yield_now();
+        }
+    }
+
     /// Waits until each drive has said that it booted. It does so without resting: a guest in which everything rests leaps
     /// to its next timer, and would leap over any time limit while the robot's program is being read from the machine's
     /// files.
@@ -152,6 +166,12 @@ impl Bus {
     /// The drive's encoder counts.
     pub fn position(&self, node: u8) -> i32 {
         i32::from_le_bytes(self.read_object(node, POSITION).try_into().unwrap())
+    }
+
+    /// Says in the name of a drive that something is wrong with it (CiA 301, 7.2.7).
+    pub fn send_emergency(&self, node: u8, error_code: u16) {
+        let [low, high] = error_code.to_le_bytes();
+        self.send(EMERGENCY + u16::from(node), &[low, high, GENERIC_ERROR, 0, 0, 0, 0, 0]);
     }
 
     fn send(&self, id: u16, data: &[u8]) {

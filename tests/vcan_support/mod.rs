@@ -3,7 +3,9 @@
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 pub mod bus;
+pub mod disk;
 pub mod process;
+pub mod report;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,6 +16,9 @@ pub const INTERFACE: &str = "vcan0";
 
 /// The drives' node ids in `robots/uarm.toml`: joint i is node i.
 pub const NODES: [u8; 3] = [1, 2, 3];
+
+/// The node of the first driven joint.
+pub const DRIVEN_NODE: u8 = 2;
 
 /// A folder for one test. In a guest it lies in memory, as all that a timed part touches must: the guest's time leaps
 /// while it waits for a file of its host.
