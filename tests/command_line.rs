@@ -1,5 +1,7 @@
 //! The binary as its users run it.
 
+mod patient_robot;
+
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
@@ -83,7 +85,8 @@ fn traces_are_the_same_bytes_each_time_and_hold_every_cycle() {
 #[test]
 fn a_real_time_run_is_interrupted_cleanly() {
     let running = Command::new(env!("CARGO_BIN_EXE_uarm"))
-        .args(["run", "--rt", "off", "--hold", "60s"])
+        .args(["run", "--rt", "off", "--hold", "60s", "--robot"])
+        .arg(patient_robot::write(&scratch("")))
         .current_dir(env!("CARGO_TARGET_TMPDIR"))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

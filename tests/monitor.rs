@@ -1,5 +1,7 @@
 //! `uarm monitor`: a running controller, seen through the log that it writes.
 
+mod patient_robot;
+
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -63,8 +65,9 @@ struct Running(Child);
 
 impl Running {
     fn start(folder: &Path) -> Self {
-        let run = ["run", "--rt", "off", "--hold", "60s", "--log", "run.mcap", "--controller", "adaptive"];
-        let child = command(folder, &run).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let run = ["run", "--rt", "off", "--hold", "60s", "--log", "run.mcap", "--controller", "adaptive", "--robot"];
+        let robot = patient_robot::write(folder);
+        let child = command(folder, &run).arg(robot).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let begin = Instant::now();
         while !folder.join("run.mcap").exists() {
             assert!(begin.elapsed() < LONG, "no log");
