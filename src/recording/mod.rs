@@ -11,6 +11,11 @@
 //! | [`writer`] | the thread |
 //! | [`sink`] | where entries end, and what they are |
 
+#![cfg_attr(
+    not(test),
+    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing, clippy::as_conversions)
+)]
+
 pub mod loop_side;
 pub mod outlet;
 pub mod sink;
