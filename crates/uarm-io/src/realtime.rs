@@ -1,8 +1,8 @@
 //! Makes the calling thread a real-time thread, and says honestly how far it got.
 //!
-//! In this order: the allocator keeps its memory, all memory is locked, the thread's stack is touched, the thread is bound to
-//! its processor, processors are kept out of deep sleep (`/dev/cpu_dma_latency`), timers get exact, and last the thread
-//! becomes `SCHED_FIFO`.
+//! In this order: the allocator keeps its memory, in small pages, all memory is locked, the thread's stack is touched, the
+//! thread is bound to its processor, processors are kept out of deep sleep (`/dev/cpu_dma_latency`), timers get exact, and
+//! last the thread becomes `SCHED_FIFO`.
 //!
 //! ```
 //! use uarm_io::realtime::{RealtimePolicy, RealtimeSettings, RealtimeThread};
@@ -132,6 +132,7 @@ impl RealtimeThread {
         }
         let report = &mut thread.report;
         report.extend(memory::keep_allocated());
+        report.push(memory::small_pages());
         report.push(memory::lock());
         report.push(memory::touch_stack());
         if let Some(processor) = settings.processor {

@@ -4,7 +4,7 @@ use super::system_calls;
 use crate::finding::{Finding, Verdict};
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
-use rustix::thread::{CapabilitySet, capabilities};
+use rustix::thread::{CapabilitySet, capabilities, disable_transparent_huge_pages};
 
 /// Stack touched in advance, bytes. The loop's deepest call chain needs a small part of it; a thread has 2 MiB by default.
 const STACK_BYTES: usize = 256 * 1024;
@@ -20,6 +20,17 @@ pub(super) fn keep_allocated() -> Option<Finding> {
     } else {
         finding("mallopt refused").but(Verdict::Warning, "unset GLIBC_TUNABLES and MALLOC_* in the environment")
     })
+}
+
+/// Keeps the process to small pages. The kernel clears a huge page in one piece, two megabytes, and on a kernel that is not
+/// PREEMPT_RT nothing else runs on that processor meanwhile, whichever thread asked for the memory.
+pub(super) fn small_pages() -> Finding {
+    let finding = |found: String| Finding::good("transparent huge pages", found, "none in this process");
+    match disable_transparent_huge_pages(true) {
+        Ok(()) => finding("none in this process".to_owned()),
+        Err(errno) => finding(format!("not switched off: {errno}"))
+            .but(Verdict::Warning, "`echo never > /sys/kernel/mm/transparent_hugepage/enabled`"),
+    }
 }
 
 /// Locks all memory of the process, present and future.
