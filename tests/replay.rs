@@ -1,5 +1,7 @@
 //! A recorded run again: bit for bit, from the start and from keyframes, over gaps, and from the bus alone.
 
+mod patient_robot;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -75,8 +77,9 @@ fn a_minute_of_each_controller_replays_bit_for_bit() {
 
 #[test]
 fn a_guarded_and_disturbed_run_in_real_time_with_measured_periods_and_an_approach_replays() {
-    let arguments =
-        ["--rt", "off", "--dt", "measured", "--approach", "1s", "--controller", "fuzzy", "--adaptation", "bounded"];
+    let robot = patient_robot::write(Path::new(env!("CARGO_TARGET_TMPDIR")));
+    let arguments = ["--rt", "off", "--dt", "measured", "--approach", "1s", "--controller", "fuzzy"];
+    let arguments = [&arguments[..], &["--adaptation", "bounded", "--robot", robot.to_str().unwrap()]].concat();
     let path = record("real-time", &arguments);
     let output = replay(&path, &[]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output));
