@@ -22,8 +22,15 @@ const CYCLES_BESIDE_LOAD: u64 = 1_000;
 /// The duration of the task in robots/uarm.toml.
 const TASK_US: u64 = 3_000_000;
 
+/// Cycles of a run that is recorded on any kernel: fifteen seconds, sixty chunks of a log.
+const CYCLES_RECORDED: u64 = 5_000;
+
 /// The loop may wake this much later than cyclictest at worst: it does work, cyclictest sleeps again at once.
 const WAKE_UP_RATIO: f64 = 1.5;
+
+/// On a stock kernel a system call of the log's writer may have to end first: chosen, a thirtieth of a period; 26 us were
+/// seen at most in 20 000 cycles.
+const WRITERS_SYSTEM_CALL_NS: u64 = 100_000;
 
 /// cyclictest's priority: that of the loop.
 const PRIORITY: &str = "80";
@@ -44,6 +51,22 @@ impl Drop for Load {
     }
 }
 
+/// Whether a run writes its log.
+#[derive(Clone, Copy)]
+enum Recording {
+    On,
+    Off,
+}
+
+impl Recording {
+    /// cyclictest records nothing. On PREEMPT_RT that makes no difference, since the loop interrupts its writer anywhere; on
+    /// a stock kernel a system call of the writer comes first, so there like is compared with like.
+    fn comparable() -> Self {
+        let version = std::fs::read_to_string("/proc/version").unwrap();
+        if version.contains("PREEMPT_RT") { Self::On } else { Self::Off }
+    }
+}
+
 /// The largest wake-up latency that cyclictest sees, in nanoseconds.
 fn cyclictest_maximum(period_us: u64, cycles: u64) -> u64 {
     let (interval, loops) = (period_us.to_string(), cycles.to_string());
@@ -55,21 +78,26 @@ fn cyclictest_maximum(period_us: u64, cycles: u64) -> u64 {
 }
 
 /// Runs the paper's task and holds its end until `cycles` cycles are done.
-fn run(workshop: &Workshop, period_us: u64, cycles: u64, realtime: &str) -> Output {
+fn run(workshop: &Workshop, period_us: u64, cycles: u64, realtime: &str, recording: Recording) -> Output {
     let bus = Bus::open();
     let period = format!("{period_us}us");
     let hold = format!("{}us", cycles * period_us - TASK_US);
     let robot = Robot::start(workshop, &bus, Scheduling::Fifo, &["--period", &period]);
     drop(bus); // a socket that nobody reads would fill up and cost the kernel time
-    let arguments = ["--json", "--period", &period, "--hold", &hold, "--rt", realtime];
+    let log = workshop.file("run.mcap");
+    let log = match recording {
+        Recording::On => log.to_str().unwrap(),
+        Recording::Off => "none",
+    };
+    let arguments = ["--json", "--period", &period, "--hold", &hold, "--rt", realtime, "--log", log];
     let output = controller(workshop, &arguments).output().unwrap();
     drop(robot);
     output
 }
 
 /// The timing of a run that did all its `cycles`.
-fn measure(workshop: &Workshop, period_us: u64, cycles: u64, realtime: &str) -> Value {
-    let output = run(workshop, period_us, cycles, realtime);
+fn measure(workshop: &Workshop, period_us: u64, cycles: u64, recording: Recording) -> Value {
+    let output = run(workshop, period_us, cycles, "enforce", recording);
     assert!(output.status.success(), "{}", describe(&output));
     let report = report(&output);
     let timing = &report["timing"];
@@ -86,7 +114,7 @@ fn wake_up_maximum(timing: &Value) -> u64 {
 fn assert_keeps_time(test: &str, period_us: u64, cycles: u64) {
     let workshop = Workshop::new(test);
     let yardstick = cyclictest_maximum(period_us, cycles);
-    let timing = measure(&workshop, period_us, cycles, "enforce");
+    let timing = measure(&workshop, period_us, cycles, Recording::comparable());
     let wake_up = wake_up_maximum(&timing);
     println!("{test}: {period_us} us: wake-up at most {wake_up} ns, cyclictest {yardstick} ns; {timing}");
     assert_every_deadline_met(&timing);
@@ -106,6 +134,17 @@ fn one_millisecond_without_a_missed_deadline() {
 }
 
 #[test]
+fn a_recorded_run_meets_every_deadline_on_any_kernel() {
+    need_guest_time();
+    let workshop = Workshop::new("recorded");
+    let timing = measure(&workshop, 3_000, CYCLES_RECORDED, Recording::On);
+    let wake_up = wake_up_maximum(&timing);
+    println!("recorded: wake-up at most {wake_up} ns; {timing}");
+    assert_every_deadline_met(&timing);
+    assert!(wake_up <= WRITERS_SYSTEM_CALL_NS, "wake-up {wake_up} ns");
+}
+
+#[test]
 fn three_milliseconds_beside_a_competing_load() {
     need_guest_time();
     let _load = Load::start();
@@ -120,7 +159,7 @@ fn without_fifo_scheduling_the_wake_up_bound_is_broken() {
     let workshop = Workshop::new("no-fifo");
     let _load = Load::start();
     let yardstick = cyclictest_maximum(3_000, CYCLES_BESIDE_LOAD);
-    let output = run(&workshop, 3_000, CYCLES_BESIDE_LOAD, "off");
+    let output = run(&workshop, 3_000, CYCLES_BESIDE_LOAD, "off", Recording::Off);
     let report = report(&output);
     let wake_up = wake_up_maximum(&report["timing"]);
     println!("no-fifo: {}, wake-up at most {wake_up} ns, cyclictest {yardstick} ns", report["end"]);
