@@ -93,7 +93,7 @@ pub struct Arguments {
     #[arg(long, value_name = "CPU")]
     cpu: Option<usize>,
     /// Where the run is recorded, as MCAP for Foxglove, `uarm show` and `uarm replay`: a new file, or "none"; without this
-    /// option runs/<time>-<controller>.mcap
+    /// option runs/TIME-CONTROLLER.mcap
     #[arg(long, value_name = "FILE|none")]
     log: Option<LogChoice>,
     /// Also write every signal of every cycle to this file, one row a cycle

@@ -5,7 +5,7 @@
 //! | [`outcome`] | indices, peaks and timing, recomputed from the cycles |
 //! | [`summary`] | all that is told of a run |
 //! | [`health`] | bus and drives in words |
-//! | [`print`] | the summary for people |
+//! | [`mod@print`] | the summary for people |
 //! | [`panels`] | what is plotted |
 //! | [`chart`] | a panel in a terminal |
 

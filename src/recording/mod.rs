@@ -6,7 +6,7 @@
 //!
 //! | module | subject |
 //! |---|---|
-//! | [`outlet`] | one queue with its ring, seen from the loop |
+//! | [`mod@outlet`] | one queue with its ring, seen from the loop |
 //! | [`loop_side`] | what the loop records into |
 //! | [`writer`] | the thread |
 //! | [`sink`] | where entries end, and what they are |
