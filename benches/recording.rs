@@ -7,13 +7,9 @@ use std::time::{Duration, Instant};
 use criterion::{Criterion, criterion_group, criterion_main};
 use embedded_can::StandardId;
 use hinf_control::Law;
-use sim::Disturbance;
 use uarm::commands::run::PlantChoice;
 use uarm::control_loop::keyframe::Keyframe;
 use uarm::control_loop::record::{CycleRecord, Recorder};
-use uarm::control_loop::schedule::OverrunPolicy;
-use uarm::control_loop::task_clock::PeriodSource;
-use uarm::control_loop::torque::DisturbanceSite;
 use uarm::controllers::AdaptationGuard;
 use uarm::experiment::{self, Settings};
 use uarm::figures::experiments::simulate;
@@ -36,15 +32,7 @@ const BURST: u64 = 1024;
 const CYCLES_PER_KEYFRAME: u64 = 333;
 
 fn settings(law: Law) -> Settings {
-    Settings {
-        law,
-        guard: AdaptationGuard::Bounded,
-        overrun: OverrunPolicy::Skip,
-        period_source: PeriodSource::Scheduled,
-        approach: None,
-        disturbance: Disturbance::Paper,
-        disturbance_site: DisturbanceSite::Plant,
-    }
+    Settings { guard: AdaptationGuard::Bounded, ..Settings::paper(law) }
 }
 
 fn frames() -> [Frame; 8] {

@@ -10,10 +10,6 @@ use uarm::commands::run::PlantChoice;
 use uarm::control_loop::LoopEnd;
 use uarm::control_loop::progress::Progress;
 use uarm::control_loop::record::{CycleRecord, NoRecorder, Recorder};
-use uarm::control_loop::schedule::OverrunPolicy;
-use uarm::control_loop::task_clock::PeriodSource;
-use uarm::control_loop::torque::DisturbanceSite;
-use uarm::controllers::AdaptationGuard;
 use uarm::experiment::embedded::{self, EmbeddedPlant};
 use uarm::experiment::{self, Finished, Settings};
 use uarm::robot::Robot;
@@ -66,15 +62,7 @@ impl<F: FnMut(&mut InProcessLink<EmbeddedPlant, VirtualClock>)> Link for Witness
 }
 
 fn settings() -> Settings {
-    Settings {
-        law: Law::Nonlinear,
-        guard: AdaptationGuard::None,
-        overrun: OverrunPolicy::Skip,
-        period_source: PeriodSource::Scheduled,
-        approach: None,
-        disturbance: Disturbance::Paper,
-        disturbance_site: DisturbanceSite::Plant,
-    }
+    Settings::paper(Law::Nonlinear)
 }
 
 /// Runs an experiment in which `in_motion` happens.

@@ -12,9 +12,7 @@ use sim::{Disturbance, VirtualClock};
 use uarm::commands::run::PlantChoice;
 use uarm::control_loop::progress::Progress;
 use uarm::control_loop::schedule::{OverrunPolicy, Schedule};
-use uarm::control_loop::task_clock::PeriodSource;
 use uarm::control_loop::timing::TimingRecorder;
-use uarm::control_loop::torque::DisturbanceSite;
 use uarm::control_loop::{ControlLoop, LoopEnd};
 use uarm::controllers::{self, AdaptationGuard};
 use uarm::experiment::{self, Settings, embedded};
@@ -92,15 +90,7 @@ fn run_watched(law: Law, guard: AdaptationGuard, recording: &mut Recording) {
 }
 
 fn settings(law: Law, guard: AdaptationGuard) -> Settings {
-    Settings {
-        law,
-        guard,
-        overrun: OverrunPolicy::Skip,
-        period_source: PeriodSource::Scheduled,
-        approach: None,
-        disturbance: Disturbance::Paper,
-        disturbance_site: DisturbanceSite::Plant,
-    }
+    Settings { guard, ..Settings::paper(law) }
 }
 
 /// The period of the built-in robot.

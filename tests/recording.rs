@@ -8,13 +8,8 @@ use std::time::Duration;
 
 use embedded_can::StandardId;
 use hinf_control::Law;
-use sim::Disturbance;
 use uarm::commands::run::PlantChoice;
 use uarm::control_loop::record::{CycleRecord, Recorder};
-use uarm::control_loop::schedule::OverrunPolicy;
-use uarm::control_loop::task_clock::PeriodSource;
-use uarm::control_loop::torque::DisturbanceSite;
-use uarm::controllers::AdaptationGuard;
 use uarm::experiment::Settings;
 use uarm::figures::experiments::simulate;
 use uarm::recording::{self, Entry, FullQueue, Leftovers, Recording, RunEnd, Severity, Sink};
@@ -87,15 +82,7 @@ impl<S: Sink> Sink for Gated<S> {
 }
 
 fn log_writer(disk: &Disk) -> LogWriter<Disk> {
-    let settings = Settings {
-        law: Law::Neural,
-        guard: AdaptationGuard::None,
-        overrun: OverrunPolicy::Skip,
-        period_source: PeriodSource::Scheduled,
-        approach: None,
-        disturbance: Disturbance::Paper,
-        disturbance_site: DisturbanceSite::Plant,
-    };
+    let settings = Settings::paper(Law::Neural);
     let run = RunDescription {
         settings,
         place: "here".to_owned(),

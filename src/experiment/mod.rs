@@ -69,6 +69,21 @@ pub struct Settings {
     pub disturbance_site: DisturbanceSite,
 }
 
+impl Settings {
+    /// The paper's experiment: nothing guards the adaptation, and eq. 48 disturbs the joints.
+    pub fn paper(law: Law) -> Self {
+        Self {
+            law,
+            guard: AdaptationGuard::None,
+            overrun: OverrunPolicy::default(),
+            period_source: PeriodSource::default(),
+            approach: None,
+            disturbance: Disturbance::Paper,
+            disturbance_site: DisturbanceSite::Plant,
+        }
+    }
+}
+
 /// What came of one experiment.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {

@@ -8,10 +8,6 @@ use crate::commands::run::PlantChoice;
 use crate::control_loop::LoopEnd;
 use crate::control_loop::progress::Progress;
 use crate::control_loop::record::CycleRecord;
-use crate::control_loop::schedule::OverrunPolicy;
-use crate::control_loop::task_clock::PeriodSource;
-use crate::control_loop::torque::DisturbanceSite;
-use crate::controllers::AdaptationGuard;
 use crate::experiment::report::Indices;
 use crate::experiment::{Settings, embedded, run};
 use crate::robot::Robot;
@@ -33,15 +29,7 @@ pub struct Experiment {
 /// # Errors
 /// If the run does not end as it should.
 pub fn simulate(robot: &Robot, plant: PlantChoice, law: Law) -> anyhow::Result<Experiment> {
-    let settings = Settings {
-        law,
-        guard: AdaptationGuard::None,
-        overrun: OverrunPolicy::default(),
-        period_source: PeriodSource::default(),
-        approach: None,
-        disturbance: Disturbance::Paper,
-        disturbance_site: DisturbanceSite::Plant,
-    };
+    let settings = Settings::paper(law);
     let mut clock = VirtualClock::default();
     let link = embedded::link(robot, plant, Disturbance::Paper, clock.clone())?;
     let (progress, stop) = (Progress::default(), StopRequest::default());
