@@ -6,11 +6,11 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use hinf_control::{FuzzySets, Law};
+use uarm_plot::sheet::{Panel, Sheet};
 
 use super::run::PlantChoice;
 use crate::figures::experiments::{Experiment, simulate};
 use crate::figures::output::{Format, write};
-use crate::figures::sheet::{Panel, Sheet};
 use crate::figures::{overview, paper, sets};
 use crate::robot::Robot;
 use crate::robot::fuzzy_sets::TrainedSets;

@@ -10,6 +10,7 @@ use anyhow::{Context, bail, ensure};
 use hinf_control::Law;
 use serde::Serialize;
 use sim::Disturbance;
+use uarm_plot::output::FigureFile;
 
 use super::run::{DisturbanceChoice, parse_law};
 use super::{Outcome, exit_code};
@@ -18,7 +19,6 @@ use crate::control_loop::task_clock::PeriodSource;
 use crate::control_loop::torque::DisturbanceSite;
 use crate::controllers::AdaptationGuard;
 use crate::experiment::Settings;
-use crate::figures::output;
 use crate::recording::FrameRecord;
 use crate::replay::Source;
 use crate::replay::bus_cycles::bus_cycles;
@@ -277,7 +277,7 @@ fn what_if(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file
     };
     if let Some(path) = &arguments.plot {
         let sheet = chart(&what_if, &recorded.name, &other_name, file);
-        output::write_as(&sheet, path).context("--plot")?;
+        FigureFile::new(path.clone()).and_then(|file| file.write(&sheet)).context("--plot")?;
     }
     if let Some(path) = &arguments.csv {
         write_csv(&what_if, path).with_context(|| format!("--csv {}", path.display()))?;

@@ -8,10 +8,10 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
+use uarm_plot::output::FigureFile;
 
 use super::{Outcome, exit_code};
 use crate::cli::CommandLine;
-use crate::figures::output::FigureFile;
 use crate::inspection::summary::Summary;
 use crate::inspection::{chart, panels, print};
 use crate::plain_text;

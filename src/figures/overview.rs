@@ -1,11 +1,12 @@
 //! The six controllers in one figure.
 
 use hinf_control::Law;
+use uarm_plot::sheet::{Axis, Mark, Panel, Shape, Sheet, Symbol, legend};
+use uarm_plot::style::GREY;
 
 use super::experiments::Experiment;
-use super::paper::{legend, time_axis};
-use super::sheet::{Axis, Mark, Panel, Shape, Sheet, Symbol};
-use super::style::{GREY, of_law};
+use super::paper::time_axis;
+use super::style::of_law;
 use crate::control_loop::record::CycleRecord;
 use crate::experiment::report::Indices;
 

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use hinf_control::Law;
+use uarm_plot::sheet::{Axis, Panel, Sheet, legend};
 
 use super::experiments::Experiment;
-use super::sheet::{Axis, Panel, Sheet, Symbol};
-use super::style::{BASE, JOINT_2, JOINT_3, REFERENCE, Stroke};
+use super::style::{BASE, JOINT_2, JOINT_3, REFERENCE};
 
 /// Width and height of a figure with two panels, of one with one, points.
 const TWO_PANELS: [u32; 2] = [1000, 430];
@@ -137,9 +137,4 @@ pub fn torque(experiment: &Experiment, figures: &PaperFigures, note: &str) -> Sh
 /// An axis of time from 0 to `end` seconds, with a tick every half second.
 pub fn time_axis(end: f64) -> Axis {
     Axis::new("Time (s)", 0.0..end, 0.5, 1)
-}
-
-/// Entries of a legend with pieces of line.
-pub fn legend(entries: &[(&str, Stroke)]) -> Vec<(String, Symbol)> {
-    entries.iter().map(|(text, stroke)| ((*text).to_owned(), Symbol::Line(*stroke))).collect()
 }

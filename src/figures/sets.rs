@@ -2,10 +2,8 @@
 
 use anfis::{Epoch, Trained};
 use hinf_control::{FuzzySets, GeneralisedBell};
-
-use super::paper::legend;
-use super::sheet::{Axis, Mark, Panel, Shape, Sheet, Symbol};
-use super::style::{BLUE, Dash, GREEN, GREY, Stroke, VERMILION};
+use uarm_plot::sheet::{Axis, Mark, Panel, Shape, Sheet, Symbol, legend};
+use uarm_plot::style::{BLUE, Dash, GREEN, GREY, Stroke, VERMILION};
 
 /// Width and height, points.
 const SIZE: [u32; 2] = [1000, 430];

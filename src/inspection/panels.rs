@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
+use uarm_plot::sheet::{Axis, Panel, Sheet, legend};
+use uarm_plot::style::{BLACK, Dash, PURPLE, SKY_BLUE, Stroke};
+
 use crate::control_loop::record::CycleRecord;
 use crate::experiment::report::ClockKind;
-use crate::figures::paper::legend;
-use crate::figures::sheet::{Axis, Panel, Sheet};
-use crate::figures::style::{BASE, BLACK, Dash, JOINT_2, JOINT_3, PURPLE, SKY_BLUE, Stroke};
+use crate::figures::style::{BASE, JOINT_2, JOINT_3};
 use crate::run_log::reader::RunLog;
 
 /// Width and height of a figure's row of two panels, points.

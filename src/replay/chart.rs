@@ -1,7 +1,8 @@
 //! Both torques in one figure.
 
+use uarm_plot::sheet::{Axis, Panel, Sheet, Symbol};
+
 use super::what_if::WhatIf;
-use crate::figures::sheet::{Axis, Panel, Sheet, Symbol};
 use crate::figures::style::{RECORDED, REPLAYED};
 
 /// Width and height, points.

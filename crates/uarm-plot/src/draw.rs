@@ -11,19 +11,19 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle, TextStyle, WHITE};
 use plotters_backend::DrawingBackend;
 
-use super::FigureError;
-use super::polyline::{clip, dash, thin};
-use super::sheet::{Axis, Curve, Mark, Panel, Shape, Sheet, Symbol};
-use super::style::{BLACK, GREY, Stroke};
-use super::text::{FAMILY, Faces, SIZE_PER_EM};
+use crate::error::FigureError;
+use crate::polyline::{clip, dash, thin};
+use crate::sheet::{Axis, Curve, Mark, Panel, Shape, Sheet, Symbol};
+use crate::style::{BLACK, Colour, GREY, Stroke};
+use crate::text::{FAMILY, Faces, SIZE_PER_EM};
 
 /// Backends count in units of which this many are a point, since they know whole units only.
 pub const UNITS_PER_POINT: u32 = 4;
 
 /// Lines between ticks, lighter than any curve.
-const GRID: RGBColor = RGBColor(0xE4, 0xE4, 0xE4);
+const GRID: Colour = Colour(0xE4, 0xE4, 0xE4);
 /// The shaded ground of a panel.
-const SHADE: RGBColor = RGBColor(0xF1, 0xF1, 0xEC);
+const SHADE: Colour = Colour(0xF1, 0xF1, 0xEC);
 /// Height of the title, of the note and of the legend, points.
 const BANDS: [f64; 3] = [27.0, 19.0, 24.0];
 /// Text sizes (em), points.
@@ -42,6 +42,10 @@ const MARK_RADIUS: f64 = 5.0;
 /// A curve is thinned as far as nobody sees it, units.
 const THINNING: f64 = 0.6;
 
+const fn rgb(Colour(red, green, blue): Colour) -> RGBColor {
+    RGBColor(red, green, blue)
+}
+
 fn units(points: f64) -> i32 {
     (points * f64::from(UNITS_PER_POINT)).round() as i32
 }
@@ -50,15 +54,15 @@ fn failed(error: impl Display) -> FigureError {
     FigureError::Drawing(error.to_string())
 }
 
-fn font(em: f64, style: FontStyle, colour: RGBColor) -> TextStyle<'static> {
+fn font(em: f64, style: FontStyle, colour: Colour) -> TextStyle<'static> {
     let size = em * SIZE_PER_EM * f64::from(UNITS_PER_POINT);
     let mut text = TextStyle::from((FAMILY, size).into_font().style(style));
-    text.color = colour.to_backend_color();
+    text.color = rgb(colour).to_backend_color();
     text
 }
 
 fn line(stroke: &Stroke) -> ShapeStyle {
-    stroke.colour.stroke_width(units(stroke.width).unsigned_abs().max(1))
+    rgb(stroke.colour).stroke_width(units(stroke.width).unsigned_abs().max(1))
 }
 
 /// Draws a sheet on a backend of `sheet.size` points.
@@ -70,8 +74,9 @@ pub fn draw<B: DrawingBackend>(sheet: &Sheet, faces: &Faces, backend: B) -> Resu
     root.fill(&WHITE).map_err(failed)?;
     let below = draw_head(sheet, faces, &root)?;
     let panels = root.margin(units(below), units(8.0), units(8.0), units(14.0));
-    let rows = sheet.panels.len().div_ceil(sheet.columns);
-    for (panel, area) in sheet.panels.iter().zip(panels.split_evenly((rows, sheet.columns))) {
+    let columns = sheet.columns.max(1);
+    let rows = sheet.panels.len().div_ceil(columns);
+    for (panel, area) in sheet.panels.iter().zip(panels.split_evenly((rows, columns))) {
         draw_panel(panel, &root, &area)?;
     }
     root.present().map_err(failed)
@@ -147,7 +152,7 @@ fn draw_panel<B: DrawingBackend>(
     if let Some((abscissae, _)) = &panel.shade {
         let corners = [[abscissae.start, panel.y.range.end], [abscissae.end, panel.y.range.start]];
         let corners = corners.map(|corner| rounded(frame.place(panel, corner)));
-        root.draw(&Rectangle::new(corners, SHADE.filled())).map_err(failed)?;
+        root.draw(&Rectangle::new(corners, rgb(SHADE).filled())).map_err(failed)?;
     }
     chart
         .configure_mesh()
@@ -155,8 +160,8 @@ fn draw_panel<B: DrawingBackend>(
         .y_desc(&panel.y.label)
         .axis_desc_style(font(TEXT_EM, FontStyle::Normal, BLACK))
         .label_style(font(TICK_EM, FontStyle::Normal, BLACK))
-        .axis_style(BLACK.stroke_width(UNITS_PER_POINT))
-        .bold_line_style(GRID.stroke_width(UNITS_PER_POINT))
+        .axis_style(rgb(BLACK).stroke_width(UNITS_PER_POINT))
+        .bold_line_style(rgb(GRID).stroke_width(UNITS_PER_POINT))
         .x_label_formatter(&|at| label(&panel.x.ticks, *at))
         .y_label_formatter(&|at| label(&panel.y.ticks, *at))
         .set_all_tick_mark_size(units(4.0))
@@ -248,10 +253,10 @@ fn draw_chain<B: DrawingBackend>(
 fn draw_point<B: DrawingBackend>(
     root: &DrawingArea<B, Shift>,
     at: [f64; 2],
-    colour: RGBColor,
+    colour: Colour,
     shape: Shape,
 ) -> Result<(), FigureError> {
-    root.draw(&Circle::new(rounded(at), units(MARK_RADIUS), colour.filled())).map_err(failed)?;
+    root.draw(&Circle::new(rounded(at), units(MARK_RADIUS), rgb(colour).filled())).map_err(failed)?;
     match shape {
         Shape::Disc => Ok(()),
         Shape::Ring => root.draw(&Circle::new(rounded(at), units(MARK_RADIUS - 2.0), WHITE.filled())).map_err(failed),

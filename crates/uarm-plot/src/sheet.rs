@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 
-use plotters::style::RGBColor;
-
-use super::style::Stroke;
+use crate::style::{Colour, Stroke};
 
 /// How far beyond an end of the vertical axis a curve is still drawn, as a share of the axis: a line along the end may
 /// overshoot it by less than its own width.
 const OVERSHOOT: f64 = 0.01;
+/// An axis with more ticks is a mistake of its maker, and would not end for a spacing of almost nothing.
+const MOST_TICKS: i64 = 1000;
 
-/// A figure.
+/// A figure: panels below a title, a note and a legend.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     /// The file's name without its extension.
@@ -21,21 +21,21 @@ pub struct Sheet {
     pub note: String,
     /// Width and height, points.
     pub size: [u32; 2],
-    /// Panels stand in rows of this many.
+    /// How many panels are in a row; 0 counts as 1.
     pub columns: usize,
-    /// The legend, above all panels, where it can hide no curve.
+    /// The legend, above all panels, where it can hide no curve: each entry's text and symbol.
     pub legend: Vec<(String, Symbol)>,
     /// The panels, row by row.
     pub panels: Vec<Panel>,
 }
 
-/// What stands before an entry of a legend.
+/// What is before the text of an entry in a legend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Symbol {
-    /// A piece of line.
+    /// A short line, drawn as the curves that it names.
     Line(Stroke),
-    /// A point.
-    Point(RGBColor, Shape),
+    /// A point, drawn as the marks that it names.
+    Point(Colour, Shape),
 }
 
 /// A coordinate system with curves.
@@ -47,69 +47,73 @@ pub struct Panel {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// Abscissae behind which the ground is shaded, and what stands there.
+    /// A part of the horizontal axis whose background is shaded, and the text there.
     pub shade: Option<(Range<f64>, String)>,
-    /// The curves, those above last.
+    /// The curves; a later one is drawn above an earlier one.
     pub curves: Vec<Curve>,
     /// Single points, above all curves.
     pub marks: Vec<Mark>,
 }
 
-/// An axis.
+/// A linear axis.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// Quantity and unit.
+    /// The quantity and its unit.
     pub label: String,
-    /// From end to end.
+    /// The values at its ends, in the unit of the label; finite, the start below the end.
     pub range: Range<f64>,
-    /// Where ticks stand, and what is written there.
+    /// The ticks: the value of each, and the text there.
     pub ticks: Vec<(f64, String)>,
 }
 
 /// A curve. What lies outside the axes is not drawn.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// How it is drawn.
+    /// Colour, width and dashes of its line.
     pub stroke: Stroke,
-    /// Its points.
+    /// Its points `[x, y]`, in the units of the axes.
     pub points: Vec<[f64; 2]>,
 }
 
 /// A single point.
 #[derive(Clone, Copy, Debug)]
 pub struct Mark {
-    /// Where.
+    /// Its place `[x, y]`, in the units of the axes.
     pub at: [f64; 2],
-    /// In which colour.
-    pub colour: RGBColor,
-    /// In which shape.
+    /// The colour of the point.
+    pub colour: Colour,
+    /// The shape of the point.
     pub shape: Shape,
 }
 
 /// The shape of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// Filled.
+    /// A filled circle.
     Disc,
-    /// Open.
+    /// An open circle.
     Ring,
 }
 
 impl Axis {
-    /// An axis over `range` with ticks at the multiples of `spacing` in it, written with `decimals`.
+    /// An axis over `range` with ticks at the multiples of `spacing` in it, written with `decimals`. Without ticks if
+    /// `spacing` is not above 0, the range is empty, or there were more than 1000 of them.
     pub fn new(label: impl Into<String>, range: Range<f64>, spacing: f64, decimals: usize) -> Self {
         // A tick on an end of the axis may miss it by rounding.
         let slack = 1e-9 * (range.end - range.start);
         let (first, last) =
             (((range.start - slack) / spacing).ceil() as i64, ((range.end + slack) / spacing).floor() as i64);
-        let ticks = (first..=last).map(|multiple| {
+        let tick = |multiple| {
             let value = multiple as f64 * spacing;
             (value.clamp(range.start, range.end), number(value, decimals))
-        });
-        Self { label: label.into(), ticks: ticks.collect(), range }
+        };
+        let countable = spacing > 0.0 && range.start < range.end && last.saturating_sub(first) < MOST_TICKS;
+        let ticks = if countable { (first..=last).map(tick).collect() } else { Vec::new() };
+        Self { label: label.into(), ticks, range }
     }
 
-    /// An axis that begins and ends on a tick and holds all `values`, with about `count` ticks at round numbers.
+    /// An axis that begins and ends on a tick and holds all finite `values`, with about `count` ticks at round numbers;
+    /// from -1 to 1 if there are no two different values.
     pub fn covering(label: impl Into<String>, values: impl IntoIterator<Item = f64>, count: usize) -> Self {
         let (least, most) = values
             .into_iter()
@@ -124,13 +128,13 @@ impl Axis {
         Self::new(label, (least / spacing).floor() * spacing..(most / spacing).ceil() * spacing, spacing, decimals)
     }
 
-    /// Between which values of a vertical axis curves are drawn.
-    pub fn drawn(&self) -> [f64; 2] {
+    /// Between which values of a vertical axis curves are drawn: those of its ends, and 1 % of the axis beyond.
+    pub(crate) fn drawn(&self) -> [f64; 2] {
         let slack = OVERSHOOT * (self.range.end - self.range.start);
         [self.range.start - slack, self.range.end + slack]
     }
 
-    /// The same axis with a tick at its lower end, as the paper has where that end is no multiple.
+    /// The same axis with a tick at its lower end, for an end that is no multiple of the spacing.
     #[must_use]
     pub fn with_tick_at_start(mut self) -> Self {
         let start = self.range.start;
@@ -141,8 +145,8 @@ impl Axis {
     }
 }
 
-/// A number as axes show it, with a true minus sign.
-pub fn number(value: f64, decimals: usize) -> String {
+/// A number as axes show it, with the minus sign U+2212.
+fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
         Some(rest) if rest.bytes().any(|digit| (b'1'..=b'9').contains(&digit)) => format!("\u{2212}{rest}"),
@@ -171,6 +175,11 @@ impl Panel {
         self.curves.push(Curve { stroke, points: points.into_iter().collect() });
         self
     }
+}
+
+/// Entries of a legend with lines: the text and the line of each.
+pub fn legend(entries: &[(&str, Stroke)]) -> Vec<(String, Symbol)> {
+    entries.iter().map(|(text, stroke)| ((*text).to_owned(), Symbol::Line(*stroke))).collect()
 }
 
 #[cfg(test)]

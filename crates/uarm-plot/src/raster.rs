@@ -8,9 +8,9 @@ use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontStyle,
 };
 
-use super::FigureError;
-use super::polyline::distance;
-use super::text::{Faces, SIZE_PER_EM};
+use crate::error::FigureError;
+use crate::polyline::distance;
+use crate::text::{Faces, SIZE_PER_EM};
 
 /// Height of a small x over the em in DejaVu Sans: SVG's ex, in which its files place text.
 const X_HEIGHT: f32 = 0.547;

@@ -3,7 +3,7 @@
 use ab_glyph::{Font, FontRef, GlyphId, PxScale, ScaleFont, point};
 use plotters::style::{FontStyle, register_font};
 
-use super::FigureError;
+use crate::error::FigureError;
 
 /// The font's name in SVG files, with what a viewer without it should use. PNG files carry its shapes.
 pub const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
