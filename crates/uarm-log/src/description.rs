@@ -3,155 +3,248 @@
 //! | record | holds |
 //! |---|---|
 //! | `uarm.run` | controller, settings, clock: all that a replay needs beside the robot |
-//! | `uarm.robot` | the robot file with what the command line changed, as TOML; trained fuzzy sets, if any |
+//! | `uarm.robot` | the robot as its describer wrote it down, as TOML; trained fuzzy sets, if any |
 //! | `uarm.machine` | version, commit, kernel, CPU, real-time settings |
 //! | `uarm.end` | how it ended; missing if the process was killed |
+//!
+//! Reading is lenient: what a log says of a controller or a robot that this version does not know is kept as text, and
+//! refused only where it is needed.
 
 use std::collections::BTreeMap;
-use std::path::Path;
-use std::str::FromStr;
 use std::time::Duration;
 
-use anyhow::{Context, anyhow};
-use clap::ValueEnum;
-use hinf_control::{FuzzySets, GeneralisedBell, Law};
-use sim::Disturbance;
+use uarm_loop::choice::Choice;
+use uarm_loop::hinf_control::{BellShape, FuzzySets, GeneralisedBell, SETS};
+use uarm_loop::period::Period;
+use uarm_loop::recording::RunEnd;
+use uarm_loop::settings::Settings;
+use uarm_loop::uarm_io::time::Instant;
 
-use super::time_axis::TimeAxis;
-use crate::commands::run::DisturbanceChoice;
-use crate::experiment::Settings;
-use crate::experiment::report::ClockKind;
-use crate::recording::RunEnd;
-use crate::robot::Robot;
-use crate::robot::overrides::Overrides;
+use crate::time_axis::TimeAxis;
 
 /// What one metadata record holds.
 pub type Fields = BTreeMap<String, String>;
 
-/// Names of the metadata records.
+/// Name of the metadata record that tells what was run.
 pub const RUN: &str = "uarm.run";
-/// See [`RUN`].
+/// Name of the metadata record that describes the robot.
 pub const ROBOT: &str = "uarm.robot";
-/// See [`RUN`].
+/// Name of the metadata record that describes the machine.
 pub const MACHINE: &str = "uarm.machine";
-/// See [`RUN`].
+/// Name of the metadata record that tells how the run ended.
 pub const END: &str = "uarm.end";
 
-/// What was run.
-#[derive(Clone, Debug)]
+/// The clock that a loop ran on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClockKind {
+    /// The machine's monotonic clock.
+    Monotonic,
+    /// Virtual time, which passes only while the loop sleeps.
+    Virtual,
+}
+
+/// What was run, as a log tells it.
+#[derive(Clone, Debug, PartialEq)]
 pub struct RunDescription {
-    /// Settings of the experiment.
-    pub settings: Settings,
-    /// The interface, or what the embedded robot was.
+    /// The record [`RUN`] as it is written.
+    pub fields: Fields,
+    /// The name of the controller; this version may not know it.
+    pub controller: String,
+    /// The interface, or what the simulated robot was.
     pub place: String,
     /// Where the loop's clock stands on the axis of the file.
     pub axis: TimeAxis,
+    /// The loop's period.
+    pub period: Period,
     /// The robot.
-    pub robot: Robot,
+    pub robot: RobotDescription,
 }
 
-/// Scheduling as it was asked for.
-#[derive(Clone, Debug, Default)]
-pub struct RealtimeRequest {
-    /// Policy.
-    pub policy: String,
-    /// `SCHED_FIFO` priority.
+/// The robot of a run, as a log describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotDescription {
+    /// The robot's name.
+    pub name: String,
+    /// All that a replay must know of it, as the program that ran it wrote it down.
+    pub toml: String,
+    /// Trained premise sets of the fuzzy laws, if the run had any, rad/s and rad.
+    pub fuzzy_sets: Option<FuzzySets<f64>>,
+}
+
+/// A joint as the scene of a log shows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointDescription {
+    /// The joint's name.
+    pub name: String,
+    /// The node id of its drive.
+    pub node: u8,
+    /// Length of the link behind it, m.
+    pub link_length: f64,
+}
+
+/// The machine and the program of a run. What cannot be found out is left empty.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MachineDescription {
+    /// Version of the program.
+    pub version: String,
+    /// Commit that it was built from.
+    pub commit: String,
+    /// Real-time policy asked for.
+    pub realtime_policy: String,
+    /// `SCHED_FIFO` priority asked for.
     pub priority: String,
-    /// The processor, or "any".
+    /// The processor asked for, or "any".
     pub processor: String,
 }
 
-fn name_of(choice: impl ValueEnum) -> String {
-    choice.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+/// All that stands at the beginning of a log.
+#[derive(Clone, Copy, Debug)]
+pub struct LogHeader<'a, const J: usize> {
+    /// What messages call the log.
+    pub name: &'a str,
+    /// What is run.
+    pub run: &'a RunDescription,
+    /// On what machine.
+    pub machine: &'a MachineDescription,
+    /// The joints, the passive base first.
+    pub joints: &'a [JointDescription; J],
+    /// The text that the robot's description was read from: an attachment.
+    pub robot_source: &'a str,
+    /// When the log begins.
+    pub start: Instant,
+    /// Lines of text to begin with.
+    pub preamble: &'a [String],
+}
+
+/// Why the metadata of a log cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DescriptionError {
+    /// A field is not there.
+    #[error("metadata {record}: no field {field}")]
+    Missing {
+        /// The metadata record.
+        record: &'static str,
+        /// The field.
+        field: &'static str,
+    },
+    /// A field holds something that this version does not know.
+    #[error("metadata {record}: {field} is `{value}`, expected {expected}")]
+    Value {
+        /// The metadata record.
+        record: &'static str,
+        /// The field.
+        field: &'static str,
+        /// Its value.
+        value: String,
+        /// What this version knows.
+        expected: String,
+    },
 }
 
 impl RunDescription {
+    /// The description of a run that is about to begin.
+    pub fn new(settings: &Settings, place: &str, axis: TimeAxis, period: Period, robot: RobotDescription) -> Self {
+        let Settings { law, guard, overrun, period_source, approach, disturbance, disturbance_site } = settings;
+        let approach = approach.map_or_else(String::new, |approach| format!("{}ns", approach.as_nanos()));
+        let fields = fields([
+            ("controller", law.name().to_owned()),
+            ("place", place.to_owned()),
+            ("adaptation", guard.name().to_owned()),
+            ("overrun", overrun.name().to_owned()),
+            ("dt", period_source.name().to_owned()),
+            ("approach", approach),
+            ("disturbance", disturbance.name().to_owned()),
+            ("disturbance_site", disturbance_site.name().to_owned()),
+            ("clock_offset_ns", axis.offset_ns().to_string()),
+            ("period_us", period.duration().as_micros().to_string()),
+        ]);
+        Self { fields, controller: law.name().to_owned(), place: place.to_owned(), axis, period, robot }
+    }
+
     /// The clock of the loop.
     pub fn clock(&self) -> ClockKind {
         if self.axis == TimeAxis::simulated() { ClockKind::Virtual } else { ClockKind::Monotonic }
     }
 
-    /// The CAN interface, unless the robot was an embedded one: those have names of several words, interfaces never.
+    /// The CAN interface, unless the robot was a simulated one: those have names of several words, interfaces never.
     pub fn interface(&self) -> Option<&str> {
         Some(self.place.as_str()).filter(|place| !place.contains(char::is_whitespace))
     }
 
-    /// The record [`RUN`].
-    pub fn run_fields(&self) -> Fields {
-        let Settings { law, guard, overrun, period_source, approach, disturbance, disturbance_site } = &self.settings;
-        let disturbance = match disturbance {
-            Disturbance::Paper => DisturbanceChoice::Paper,
-            Disturbance::None => DisturbanceChoice::None,
+    /// The settings of the run.
+    ///
+    /// # Errors
+    /// [`DescriptionError`] if a field is missing, or names a choice that this version does not know.
+    pub fn settings(&self) -> Result<Settings, DescriptionError> {
+        let run = &self.fields;
+        let approach = match text(run, RUN, "approach")? {
+            "" => None,
+            _ => Some(parse(run, "approach", "a duration such as 5s", duration)?),
         };
-        fields([
-            ("controller", law.name().to_owned()),
-            ("place", self.place.clone()),
-            ("adaptation", name_of(*guard)),
-            ("overrun", name_of(*overrun)),
-            ("dt", name_of(*period_source)),
-            (
-                "approach",
-                approach.map_or_else(String::new, |approach| humantime::format_duration(approach).to_string()),
-            ),
-            ("disturbance", name_of(disturbance)),
-            ("disturbance_site", name_of(*disturbance_site)),
-            ("clock_offset_ns", self.axis.offset_ns().to_string()),
-            ("period_us", self.robot.file.control.period_us.to_string()),
-        ])
-    }
-
-    /// The record [`ROBOT`].
-    ///
-    /// # Errors
-    /// If the robot file cannot be written as TOML; a checked one can.
-    pub fn robot_fields(&self) -> anyhow::Result<Fields> {
-        let effective = toml::to_string(&self.robot.file).context("the robot file as TOML")?;
-        let sets = self.robot.fuzzy_sets.as_ref().map_or_else(String::new, sets_to_text);
-        Ok(fields([("name", self.robot.name.clone()), ("toml", effective), ("fuzzy_sets_rad", sets)]))
-    }
-
-    /// What was run, from the records [`RUN`] and [`ROBOT`] of the log called `name`.
-    ///
-    /// # Errors
-    /// If a field is missing or wrong, with its name and value.
-    pub fn from_fields(name: &Path, run: &Fields, robot: &Fields) -> anyhow::Result<Self> {
-        let mut checked = Robot::parse(name, text(robot, ROBOT, "toml")?, &Overrides::default())
-            .context("the robot file in the log")?;
-        checked.fuzzy_sets = sets_from_text(text(robot, ROBOT, "fuzzy_sets_rad")?)?;
-        let approach = text(run, RUN, "approach")?;
-        let settings = Settings {
-            law: parse(run, "controller", Law::from_name)?,
+        Ok(Settings {
+            law: choice(run, "controller")?,
             guard: choice(run, "adaptation")?,
             overrun: choice(run, "overrun")?,
             period_source: choice(run, "dt")?,
-            approach: if approach.is_empty() { None } else { Some(parse(run, "approach", duration)?) },
-            disturbance: choice::<DisturbanceChoice>(run, "disturbance")?.into(),
+            approach,
+            disturbance: choice(run, "disturbance")?,
             disturbance_site: choice(run, "disturbance_site")?,
-        };
-        let offset = parse(run, "clock_offset_ns", |text| i128::from_str(text).ok())?;
-        let place = text(run, RUN, "place")?.to_owned();
-        Ok(Self { settings, place, axis: TimeAxis::with_offset(offset), robot: checked })
+        })
+    }
+
+    /// What was run, from the records [`RUN`] and [`ROBOT`].
+    ///
+    /// # Errors
+    /// [`DescriptionError`] if a field is missing or wrong without which nothing in the log can be read.
+    pub fn from_fields(run: Fields, robot: Fields) -> Result<Self, DescriptionError> {
+        let offset = parse(&run, "clock_offset_ns", "a whole number of nanoseconds", |text| text.parse().ok())?;
+        let period = parse(&run, "period_us", "100 to 100000", |text| {
+            Period::new(Duration::from_micros(text.parse().ok()?))
+        })?;
+        Ok(Self {
+            controller: text(&run, RUN, "controller")?.to_owned(),
+            place: text(&run, RUN, "place")?.to_owned(),
+            axis: TimeAxis::with_offset(offset),
+            period,
+            robot: RobotDescription::from_fields(&robot)?,
+            fields: run,
+        })
     }
 }
 
-fn duration(text: &str) -> Option<Duration> {
-    humantime::parse_duration(text).ok()
+impl RobotDescription {
+    /// The record [`ROBOT`].
+    pub fn fields(&self) -> Fields {
+        let sets = self.fuzzy_sets.as_ref().map_or_else(String::new, sets_to_text);
+        fields([("name", self.name.clone()), ("toml", self.toml.clone()), ("fuzzy_sets_rad", sets)])
+    }
+
+    fn from_fields(robot: &Fields) -> Result<Self, DescriptionError> {
+        Ok(Self {
+            name: robot.get("name").cloned().unwrap_or_default(),
+            toml: text(robot, ROBOT, "toml")?.to_owned(),
+            fuzzy_sets: sets_from_text(text(robot, ROBOT, "fuzzy_sets_rad")?)?,
+        })
+    }
 }
 
-/// The record [`MACHINE`]. What cannot be found out is left empty.
-pub fn machine_fields(realtime: &RealtimeRequest) -> Fields {
-    let read = |file: &str| std::fs::read_to_string(file).unwrap_or_default().trim().to_owned();
-    let cpu = read("/proc/cpuinfo");
-    let cpu = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    fields([
-        ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("commit", env!("UARM_COMMIT").to_owned()),
-        ("kernel", format!("{} {}", read("/proc/sys/kernel/osrelease"), read("/proc/sys/kernel/version"))),
-        ("cpu", cpu.map_or_else(String::new, |(_, model)| model.trim().to_owned())),
-        ("realtime", realtime.policy.clone()),
-        ("priority", realtime.priority.clone()),
-        ("processor", realtime.processor.clone()),
-    ])
+impl MachineDescription {
+    /// The record [`MACHINE`], with kernel and CPU of this machine.
+    pub fn fields(&self) -> Fields {
+        let read = |file: &str| std::fs::read_to_string(file).unwrap_or_default().trim().to_owned();
+        let cpu = read("/proc/cpuinfo");
+        let cpu = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+        fields([
+            ("version", self.version.clone()),
+            ("commit", self.commit.clone()),
+            ("kernel", format!("{} {}", read("/proc/sys/kernel/osrelease"), read("/proc/sys/kernel/version"))),
+            ("cpu", cpu.map_or_else(String::new, |(_, model)| model.trim().to_owned())),
+            ("realtime", self.realtime_policy.clone()),
+            ("priority", self.priority.clone()),
+            ("processor", self.processor.clone()),
+        ])
+    }
 }
 
 /// The record [`END`].
@@ -165,63 +258,107 @@ pub fn end_fields(end: &RunEnd) -> Fields {
     fields
 }
 
-fn fields<const N: usize>(fields: [(&str, String); N]) -> Fields {
+/// A duration as this version writes it, in whole nanoseconds, or as earlier ones did: `5s 500ms`.
+fn duration(text: &str) -> Option<Duration> {
+    let mut total = Duration::ZERO;
+    for part in text.split_whitespace() {
+        let (number, unit) = part.split_at(part.find(|letter: char| !letter.is_ascii_digit())?);
+        let number = number.parse().ok()?;
+        let part = match unit {
+            "ns" => Duration::from_nanos(number),
+            "us" => Duration::from_micros(number),
+            "ms" => Duration::from_millis(number),
+            "s" => Duration::from_secs(number),
+            "m" => Duration::from_secs(number.checked_mul(60)?),
+            "h" => Duration::from_secs(number.checked_mul(3600)?),
+            _ => return None,
+        };
+        total = total.checked_add(part)?;
+    }
+    Some(total)
+}
+
+fn fields<const F: usize>(fields: [(&str, String); F]) -> Fields {
     fields.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
-fn text<'a>(fields: &'a Fields, record: &str, name: &str) -> anyhow::Result<&'a str> {
-    fields.get(name).map(String::as_str).ok_or_else(|| anyhow!("metadata {record}: no field {name}"))
+fn text<'a>(fields: &'a Fields, record: &'static str, field: &'static str) -> Result<&'a str, DescriptionError> {
+    fields.get(field).map(String::as_str).ok_or(DescriptionError::Missing { record, field })
 }
 
-fn parse<V>(fields: &Fields, name: &str, parse: impl Fn(&str) -> Option<V>) -> anyhow::Result<V> {
-    let text = text(fields, RUN, name)?;
-    parse(text).ok_or_else(|| anyhow!("metadata {RUN}: {name} is `{text}`, which this version of uarm does not know"))
+fn parse<V>(
+    fields: &Fields,
+    field: &'static str,
+    expected: &str,
+    parse: impl Fn(&str) -> Option<V>,
+) -> Result<V, DescriptionError> {
+    let value = text(fields, RUN, field)?;
+    let wrong = || DescriptionError::Value {
+        record: RUN,
+        field,
+        value: value.to_owned(),
+        expected: expected.to_owned(),
+    };
+    parse(value).ok_or_else(wrong)
 }
 
-fn choice<V: ValueEnum>(fields: &Fields, name: &str) -> anyhow::Result<V> {
-    parse(fields, name, |text| V::from_str(text, false).ok())
+fn choice<C: Choice>(fields: &Fields, field: &'static str) -> Result<C, DescriptionError> {
+    let names: Vec<_> = C::ALL.iter().map(|choice| choice.name()).collect();
+    let expected = format!("one of {}, which this version knows", names.join(", "));
+    parse(fields, field, &expected, |text| C::from_name(text))
 }
 
 /// Centre, half width and steepness of each set, in the laws' own units, so that the bits come back.
 fn sets_to_text(sets: &FuzzySets<f64>) -> String {
-    let bells = sets.rate.iter().chain(&sets.position);
+    let bells = sets.velocity.iter().chain(&sets.position);
     let bells = bells.map(|bell| format!("{:?} {:?} {:?}", bell.centre(), bell.half_width(), bell.steepness()));
     bells.collect::<Vec<_>>().join("; ")
 }
 
-fn sets_from_text(text: &str) -> anyhow::Result<Option<FuzzySets<f64>>> {
+fn sets_from_text(text: &str) -> Result<Option<FuzzySets<f64>>, DescriptionError> {
     if text.is_empty() {
         return Ok(None);
     }
-    let wrong = || anyhow!("metadata {ROBOT}: fuzzy_sets_rad is `{text}`, expected six sets of three numbers");
+    let wrong = || DescriptionError::Value {
+        record: ROBOT,
+        field: "fuzzy_sets_rad",
+        value: text.to_owned(),
+        expected: "six sets of three numbers".to_owned(),
+    };
     let bell = |text: &str| {
         let numbers: Option<Vec<f64>> = text.split_whitespace().map(|number| number.parse().ok()).collect();
-        match numbers?.as_slice() {
-            [centre, half_width, steepness] => GeneralisedBell::new(*centre, *half_width, *steepness).ok(),
+        match *numbers?.as_slice() {
+            [centre, half_width, steepness] => {
+                GeneralisedBell::new(BellShape { centre, half_width, steepness }).ok()
+            }
             _ => None,
         }
     };
     let bells: Option<Vec<_>> = text.split(';').map(bell).collect();
     let bells = bells.ok_or_else(wrong)?;
-    let (rate, position) = bells.split_at_checked(3).ok_or_else(wrong)?;
+    let (velocity, position) = bells.split_at_checked(SETS).ok_or_else(wrong)?;
     let three = |bells: &[GeneralisedBell<f64>]| bells.try_into().map_err(|_| wrong());
-    Ok(Some(FuzzySets { rate: three(rate)?, position: three(position)? }))
+    Ok(Some(FuzzySets { velocity: three(velocity)?, position: three(position)? }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control_loop::schedule::OverrunPolicy;
-    use crate::control_loop::task_clock::PeriodSource;
-    use crate::control_loop::torque::DisturbanceSite;
-    use crate::controllers::AdaptationGuard;
-    use crate::robot::fuzzy_sets::TrainedSets;
+    use uarm_loop::hinf_control::{AdaptationGuard, Disturbance, Law};
+    use uarm_loop::schedule::OverrunPolicy;
+    use uarm_loop::task_clock::PeriodSource;
+    use uarm_loop::torque::DisturbanceSite;
+
+    fn period() -> Period {
+        Period::new(Duration::from_millis(3)).unwrap()
+    }
+
+    fn robot() -> RobotDescription {
+        RobotDescription { name: "UARM".into(), toml: "a = 1".into(), fuzzy_sets: Some(FuzzySets::untrained()) }
+    }
 
     #[test]
     fn what_was_run_comes_back() {
-        let overrides = Overrides { hold: Some(Duration::from_millis(1234)), ..Overrides::default() };
-        let mut robot = Robot::load_with(None, &overrides).unwrap();
-        robot.fuzzy_sets = Some(TrainedSets::embedded().unwrap().sets);
         for law in Law::ALL {
             let settings = Settings {
                 law,
@@ -233,36 +370,47 @@ mod tests {
                 disturbance_site: DisturbanceSite::Command,
             };
             let axis = TimeAxis::with_offset(-17);
-            let written = RunDescription { settings, place: "vcan0".into(), axis, robot: robot.clone() };
-            let (run, file) = (written.run_fields(), written.robot_fields().unwrap());
-            let read = RunDescription::from_fields(Path::new("log"), &run, &file).unwrap();
-            assert_eq!(format!("{:?}", read.settings), format!("{settings:?}"));
-            assert_eq!((read.place.as_str(), read.axis), ("vcan0", axis));
-            assert_eq!(format!("{:?}", read.robot.file), format!("{:?}", robot.file));
-            assert_eq!(read.robot.fuzzy_sets, robot.fuzzy_sets);
-            assert_eq!(read.robot.task.hold, 1.234);
+            let written = RunDescription::new(&settings, "vcan0", axis, period(), robot());
+            let read = RunDescription::from_fields(written.fields.clone(), written.robot.fields()).unwrap();
+            assert_eq!(read, written);
+            assert_eq!(read.settings(), Ok(settings));
+            assert_eq!((read.place.as_str(), read.interface(), read.axis), ("vcan0", Some("vcan0"), axis));
         }
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
-        let robot = Robot::load(None).unwrap();
-        let settings = Settings {
-            law: Law::Fuzzy,
-            guard: AdaptationGuard::None,
-            overrun: OverrunPolicy::Skip,
-            period_source: PeriodSource::Scheduled,
-            approach: None,
-            disturbance: Disturbance::None,
-            disturbance_site: DisturbanceSite::Plant,
-        };
-        let written = RunDescription { settings, place: String::new(), axis: TimeAxis::simulated(), robot };
-        let (mut run, file) = (written.run_fields(), written.robot_fields().unwrap());
+    fn durations_of_earlier_versions_are_read() {
+        assert_eq!(duration("5s 500ms"), Some(Duration::from_millis(5500)));
+        assert_eq!(duration("1m 1ns"), Some(Duration::new(60, 1)));
+        assert_eq!(duration("5 s"), None);
+        assert_eq!(duration("5x"), None);
+    }
+
+    #[test]
+    fn a_controller_that_is_not_known_is_kept_as_a_name_and_refused_as_a_setting() {
+        let written = RunDescription::new(
+            &Settings::paper(Law::Fuzzy),
+            "simulated robot",
+            TimeAxis::simulated(),
+            period(),
+            robot(),
+        );
+        let mut run = written.fields.clone();
         run.insert("controller".into(), "pid".into());
-        let error = RunDescription::from_fields(Path::new("log"), &run, &file).unwrap_err();
-        assert!(error.to_string().contains("controller is `pid`"), "{error}");
+        let read = RunDescription::from_fields(run.clone(), written.robot.fields()).unwrap();
+        assert_eq!(read.controller, "pid");
+        let error = read.settings().unwrap_err().to_string();
+        assert!(error.starts_with("metadata uarm.run: controller is `pid`, expected one of nonlinear, "), "{error}");
         run.remove("controller");
-        let error = RunDescription::from_fields(Path::new("log"), &run, &file).unwrap_err();
-        assert!(error.to_string().contains("no field controller"), "{error}");
+        let error = RunDescription::from_fields(run, written.robot.fields()).unwrap_err();
+        assert_eq!(error, DescriptionError::Missing { record: RUN, field: "controller" });
+    }
+
+    #[test]
+    fn sets_of_another_shape_are_refused() {
+        for wrong in ["1 2", "1 2 3", "1 2 3; 1 2 3; 1 2 3; 1 2 3; 1 2 3; 1 2 x", "0 0 0; 1 2 3; 1 2 3; 1 2 3; 1 2 3; 1 2 3"] {
+            assert!(sets_from_text(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(sets_from_text(""), Ok(None));
     }
 }

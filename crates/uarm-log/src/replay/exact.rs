@@ -1,16 +1,18 @@
 //! The run again, as it was.
 
 use serde::Serialize;
-use uarm_io::time::Instant;
+use uarm_loop::hinf_control::Controller;
+use uarm_loop::keyframe::Keyframe;
+use uarm_loop::record::CycleRecord;
+use uarm_loop::run::signal_path;
+use uarm_loop::schedule::Tick;
+use uarm_loop::signal_path::{SignalPath, Signals};
+use uarm_loop::uarm_io::time::Instant;
 
-use super::Source;
 use super::bus_cycles::{BusCycle, Continuity};
-use super::comparison::{Difference, Value, compare};
-use crate::control_loop::keyframe::{Keyframe, KeyframeError};
-use crate::control_loop::record::CycleRecord;
-use crate::control_loop::schedule::Tick;
-use crate::control_loop::signal_path::{SignalPath, Signals};
-use crate::experiment;
+use super::comparison::{Difference, compare};
+use super::source::{ReplayError, Source};
+use crate::signals::Value;
 
 /// Differences that are kept; all are counted.
 const MOST_DIFFERENCES: usize = 10;
@@ -50,46 +52,25 @@ pub struct ExactReplay {
     pub fault_reproduced: Option<bool>,
 }
 
-/// Why a replay cannot begin.
-#[derive(Debug, thiserror::Error)]
-pub enum ReplayError {
-    /// The configuration.
-    #[error("{0:#}")]
-    Configuration(anyhow::Error),
-    /// A keyframe.
-    #[error("keyframe at {time:.3} s: {source}")]
-    Keyframe {
-        /// Its task time, s.
-        time: f64,
-        /// Why.
-        source: KeyframeError,
-    },
-    /// There is none early enough.
-    #[error("no keyframe before {0} s")]
-    NoKeyframe(f64),
-    /// There is nothing to replay.
-    #[error("there is no SYNC in it: nothing to replay")]
-    NoCycles,
-}
-
 impl ExactReplay {
     /// Whether all that was compared is equal.
     pub fn is_equal(&self) -> bool {
         self.differing_cycles == 0 && self.fault_reproduced != Some(false)
     }
 
-    /// Replays `source`.
+    /// Replays `source` with `controller`, which must be the run's, in its initial state.
     ///
     /// # Errors
     /// [`ReplayError`] if it cannot begin.
-    pub fn run(source: &Source<'_>, start: Start) -> Result<Self, ReplayError> {
+    pub fn run<const J: usize, const N: usize>(
+        source: &Source<'_, J, N>,
+        controller: &mut dyn Controller<f64, N>,
+        start: Start,
+    ) -> Result<Self, ReplayError> {
         if source.bus.is_empty() {
             return Err(ReplayError::NoCycles);
         }
-        let mut controller = crate::controllers::build(source.settings.law, source.robot, source.settings.guard)
-            .map_err(ReplayError::Configuration)?;
-        let path = experiment::signal_path(source.robot, source.settings, &mut controller)
-            .map_err(ReplayError::Configuration)?;
+        let path = signal_path(source.robot, source.settings, controller)?;
         let mut replay = Replay { source, path, position: Position::Lost, previous: None, outcome: Self::default() };
         replay.begin(start)?;
         for cycle in source.bus {
@@ -116,16 +97,16 @@ enum Position {
     Ended,
 }
 
-struct Replay<'a> {
-    source: &'a Source<'a>,
-    path: SignalPath<'a>,
+struct Replay<'a, const J: usize, const N: usize> {
+    source: &'a Source<'a, J, N>,
+    path: SignalPath<'a, J, N>,
     position: Position,
     /// The previous cycle on the bus.
     previous: Option<(u64, Instant)>,
     outcome: ExactReplay,
 }
 
-impl Replay<'_> {
+impl<const J: usize, const N: usize> Replay<'_, J, N> {
     fn begin(&mut self, start: Start) -> Result<(), ReplayError> {
         let keyframe = match start {
             // Of a run that was not recorded with keyframes, the first state is that of the configuration.
@@ -136,7 +117,7 @@ impl Replay<'_> {
             Start::Beginning => self.source.keyframes.iter().find(|(after, _)| after.is_none()),
             Start::KeyframeBefore(time) => {
                 let before =
-                    |(after, keyframe): &&(Option<u64>, Keyframe)| after.is_none() || keyframe.task_clock.time < time;
+                    |(after, keyframe): &&(Option<u64>, Keyframe<J, N>)| after.is_none() || keyframe.task_clock.time < time;
                 let found = self.source.keyframes.iter().rfind(before);
                 Some(found.ok_or(ReplayError::NoKeyframe(time))?)
             }
@@ -149,13 +130,13 @@ impl Replay<'_> {
         Ok(())
     }
 
-    fn thaw(&mut self, after: Option<u64>, keyframe: &Keyframe) -> Result<(), ReplayError> {
+    fn thaw(&mut self, after: Option<u64>, keyframe: &Keyframe<J, N>) -> Result<(), ReplayError> {
         self.path.thaw(keyframe).map_err(|source| ReplayError::Keyframe { time: keyframe.task_clock.time, source })?;
         self.position = Position::After(after);
         Ok(())
     }
 
-    fn cycle(&mut self, cycle: &BusCycle) -> Result<(), ReplayError> {
+    fn cycle(&mut self, cycle: &BusCycle<J>) -> Result<(), ReplayError> {
         let tick = self.source.tick(cycle, self.previous);
         self.previous = Some((tick.index, cycle.sync_at));
         match self.position {
@@ -191,7 +172,7 @@ impl Replay<'_> {
         Ok(())
     }
 
-    fn step(&mut self, cycle: &BusCycle, tick: &Tick, counts: [i32; 3]) {
+    fn step(&mut self, cycle: &BusCycle<J>, tick: &Tick, counts: [i32; J]) {
         let recorded = self.source.record(cycle.sync_at);
         if recorded.is_none() && !self.source.records.is_empty() && self.is_last(cycle) && self.source.fault.is_none() {
             // A killed process: the cycle may not have been completed.
@@ -216,11 +197,18 @@ impl Replay<'_> {
         }
     }
 
-    fn is_last(&self, cycle: &BusCycle) -> bool {
+    fn is_last(&self, cycle: &BusCycle<J>) -> bool {
         self.source.bus.last().is_some_and(|last| last.sync_at == cycle.sync_at)
     }
 
-    fn compare(&mut self, recorded: &CycleRecord, tick: &Tick, counts: &[i32; 3], cycle: &BusCycle, signals: &Signals) {
+    fn compare(
+        &mut self,
+        recorded: &CycleRecord<J, N>,
+        tick: &Tick,
+        counts: &[i32; J],
+        cycle: &BusCycle<J>,
+        signals: &Signals<J, N>,
+    ) {
         let mut replayed = CycleRecord::new(tick, &recorded.instants, counts, &cycle.statuswords, signals);
         replayed.set_parameters(self.path.controller.parameters());
         let (compared, differences) = compare(recorded, &replayed);
@@ -231,7 +219,7 @@ impl Replay<'_> {
     }
 
     /// Where only the bus was recorded, the torques on it are what there is to compare.
-    fn compare_sent(&mut self, cycle: &BusCycle, tick: &Tick, signals: &Signals) {
+    fn compare_sent(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) {
         // What follows the last SYNC may be the stop that ended the run, with torque 0.
         if self.is_last(cycle) && cycle.sent.iter().all(|sent| sent.unwrap_or(0) == 0) {
             return;
@@ -240,7 +228,7 @@ impl Replay<'_> {
         self.compare_sent_frames(cycle, tick, signals);
     }
 
-    fn compare_sent_frames(&mut self, cycle: &BusCycle, tick: &Tick, signals: &Signals) {
+    fn compare_sent_frames(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) {
         let frames = cycle.sent.iter().zip(signals.torque.sent).zip(1..);
         let mut differences = Vec::new();
         for ((recorded, replayed), joint) in frames {
