@@ -2,9 +2,9 @@
 
 use hinf_control::{LimitedTorque, TorqueLimiter};
 use nalgebra::Vector2;
-use sim::Disturbance;
 use uarm_io::time::Duration;
 use uarm_io::torque::{TorqueError, TorqueScale};
+use uarm_sim::Disturbance;
 
 use super::JOINTS;
 

@@ -15,7 +15,7 @@ use std::time::Duration;
 use anyhow::{Context, anyhow};
 use clap::ValueEnum;
 use hinf_control::{FuzzySets, GeneralisedBell, Law};
-use sim::Disturbance;
+use uarm_sim::Disturbance;
 
 use super::time_axis::TimeAxis;
 use crate::commands::run::DisturbanceChoice;

@@ -9,7 +9,7 @@ use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapError, McapResult, WriteOptions, Writer};
 use prost::Message;
 use uarm_io::drive::network::Emergency;
-use uarm_io::drive::wire::{Channel, decode_emergency};
+use uarm_io::drive::wire::{self, Channel, decode_emergency};
 use uarm_io::link::FrameDirection;
 use uarm_io::time::{Duration, Instant};
 
@@ -38,7 +38,7 @@ const FLIGHT_WINDOW: Duration = Duration::from_secs(5);
 
 /// What is attached to each log, beside the robot file.
 const ATTACHMENTS: [(&str, &str, &str); 2] =
-    [("uarm.dbc", "text/plain", sim::WIRE_DBC), ("uarm-drive.eds", "text/plain", sim::DRIVE_EDS)];
+    [("uarm.dbc", "text/plain", wire::FRAMES_DBC), ("uarm-drive.eds", "text/plain", wire::DRIVE_EDS)];
 
 /// Writes a log.
 pub struct LogWriter<W: Write> {
