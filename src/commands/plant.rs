@@ -5,11 +5,11 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::Context;
-use sim::{EmulatedRobot, Outbox, Pacing};
 use uarm_io::link::{Link, LinkError, LinkErrorKind};
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::socketcan_link::{Reception, SocketCanLink};
 use uarm_io::time::Clock;
+use uarm_sim::{EmulatedRobot, Outbox, Pacing};
 
 use super::run::{DisturbanceChoice, PlantChoice};
 use crate::experiment::embedded::{self, EmbeddedPlant};

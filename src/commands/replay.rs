@@ -9,7 +9,7 @@ use std::time::Duration;
 use anyhow::{Context, bail, ensure};
 use hinf_control::Law;
 use serde::Serialize;
-use sim::Disturbance;
+use uarm_sim::Disturbance;
 use uarm_plot::output::FigureFile;
 
 use super::run::{DisturbanceChoice, parse_law};

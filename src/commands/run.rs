@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use hinf_control::Law;
-use sim::Disturbance;
+use uarm_sim::Disturbance;
 
 use super::{Outcome, exit_code};
 use crate::control_loop::schedule::OverrunPolicy;

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use anyhow::Context;
 use nalgebra::Vector3;
-use sim::drive::{CountingDirection, DriveDescription, DriveParameters, EncoderMounting};
-use sim::{
+use uarm_io::encoder::Direction;
+use uarm_io::time::Clock;
+use uarm_sim::drive::{CountingDirection, DriveDescription, DriveParameters, EncoderMounting};
+use uarm_sim::{
     Brake, DemPlant, Disturbance, EmulatedRobot, FreeFloatingPlant, InProcessLink, InitialState, IntegrationStep,
     Pacing, Plant, UarmPlant, UarmPlantParameters,
 };
-use uarm_io::encoder::Direction;
-use uarm_io::time::Clock;
 
 use crate::commands::run::PlantChoice;
 use crate::robot::Robot;

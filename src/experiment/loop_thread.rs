@@ -1,9 +1,9 @@
 //! What happens on the loop's thread: the place is set up, the thread becomes a real-time one, the experiment runs.
 
-use sim::{Disturbance, VirtualClock};
 use uarm_io::link::{Link, ObservedLink};
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::time::Clock;
+use uarm_sim::{Disturbance, VirtualClock};
 
 use super::place::Place;
 use super::session::Session;

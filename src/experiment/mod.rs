@@ -26,12 +26,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use anyhow::Context;
 use hinf_control::{Controller, Law, PerformanceIndices, QuinticReference, TorqueLimiter, TorqueLimits};
 use nalgebra::Vector2;
-use sim::Disturbance;
 use uarm_io::drive::network::{Confirmation, DriveNetwork, StopReport};
 use uarm_io::encoder::Encoder;
 use uarm_io::link::Link;
 use uarm_io::realtime::PageFaults;
 use uarm_io::time::{Clock, Duration};
+use uarm_sim::Disturbance;
 
 use crate::control_loop::estimation::Estimation;
 use crate::control_loop::guard::Guard;

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use hinf_control::Law;
-use sim::{Disturbance, VirtualClock};
+use uarm_sim::{Disturbance, VirtualClock};
 
 use crate::commands::run::PlantChoice;
 use crate::control_loop::LoopEnd;

@@ -27,8 +27,8 @@ use std::path::Path;
 use dem_model::planar::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
 use dem_model::{DemBase, DemLink, ThreeLinkDem};
 use hinf_control::FuzzySets;
-use sim::{UarmImperfections, UarmPlantParameters};
 use uarm_io::time::Duration;
+use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
 use crate::control_loop::schedule::Period;
 use bus::Bus;

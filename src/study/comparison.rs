@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::Context;
 use hinf_control::Law;
 use serde::Serialize;
-use sim::{Disturbance, UarmPlantParameters};
+use uarm_sim::{Disturbance, UarmPlantParameters};
 
 use super::contestant::{Contestant, Entrant, Origin};
 use super::start::StartVariation;

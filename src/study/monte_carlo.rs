@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use serde::Serialize;
-use sim::{Disturbance, IntegrationStep, UarmPlantParameters};
+use uarm_sim::{Disturbance, IntegrationStep, UarmPlantParameters};
 
 use super::comparison::caveat;
 use super::contestant::{Contestant, Entrant, Origin};

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use sim::{UarmImperfections, UarmParameterError, UarmPlantParameters};
+use uarm_sim::{UarmImperfections, UarmParameterError, UarmPlantParameters};
 
 use super::random::Stream;
 

@@ -81,7 +81,7 @@
 //!
 //! # Not here
 //!
-//! Estimating rates from encoder counts (`uarm-io`), training fuzzy sets (`anfis`), plants (`sim`), arms of other than two active
+//! Estimating rates from encoder counts (`uarm-io`), training fuzzy sets (`anfis`), plants (`uarm-sim`), arms of other than two active
 //! joints.
 #![no_std]
 #![forbid(unsafe_code)]

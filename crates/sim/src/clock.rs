@@ -9,7 +9,7 @@ use uarm_io::time::{Clock, Instant};
 /// Clones are handles of the same time: the loop and the link each hold one.
 ///
 /// ```
-/// use sim::VirtualClock;
+/// use uarm_sim::VirtualClock;
 /// use uarm_io::time::{Clock, Instant};
 ///
 /// let clock = VirtualClock::new();

@@ -18,7 +18,7 @@
 //! Three drives on the ideal plant, over a link without a wire, in time that passes when it is told to:
 //!
 //! ```
-//! use sim::{
+//! use uarm_sim::{
 //!     CountingDirection, DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderMounting, InProcessLink, Pacing,
 //!     VirtualClock,
 //! };
@@ -69,7 +69,6 @@
 //! | [`EmulatedRobot`] | three drives on a plant, sans-I/O: frames and instants in, frames out |
 //! | [`link`] | [`InProcessLink`] to such a robot; [`FaultyLink`] around any link |
 //! | [`VirtualClock`] | time that jumps |
-//! | [`DRIVE_EDS`], [`WIRE_DBC`] | the wire, for other tools; both are held against the code by tests |
 //!
 //! # Not in it
 //!
@@ -92,7 +91,6 @@ pub mod link;
 mod outbox;
 pub mod plant;
 mod robot;
-mod wire_files;
 
 pub use clock::VirtualClock;
 pub use drive::{CountingDirection, DriveDescription, DriveFault, DriveParameters, EmulatedDrive, EncoderMounting};
@@ -103,4 +101,3 @@ pub use plant::{
     UarmImperfections, UarmParameterError, UarmPlant, UarmPlantParameters,
 };
 pub use robot::{EmulatedRobot, Joint, Pacing, RobotError};
-pub use wire_files::{DRIVE_EDS, WIRE_DBC};

@@ -3,7 +3,6 @@
 mod support;
 
 use nalgebra::Vector3;
-use sim::{Brake, DemPlant, DriveFault, EmulatedRobot, InProcessLink, Joint, Pacing, Plant, RobotError, VirtualClock};
 use std::time::Duration;
 use support::{Master, PATIENCE, PERIOD, RATED_TORQUE, drives, lockstep, node, robot};
 use uarm_io::drive::cia402::{Command, PowerState, Statusword};
@@ -11,6 +10,9 @@ use uarm_io::drive::wire::{self, Channel};
 use uarm_io::drive::{DataType, NmtCommand, NmtState, NodeId, Value};
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
+use uarm_sim::{
+    Brake, DemPlant, DriveFault, EmulatedRobot, InProcessLink, Joint, Pacing, Plant, RobotError, VirtualClock,
+};
 
 fn states(master: &Master<InProcessLink<DemPlant, VirtualClock>>) -> [PowerState; 3] {
     Joint::ALL.map(|joint| master.link.robot().drive(joint).power_state())
@@ -370,8 +372,8 @@ fn what_nobody_receives_is_lost_and_counted() {
     master.write(1, 0x1017, 0, Value::Unsigned16(1)).unwrap();
     master.wait(Duration::from_millis(300));
     let error = master.link.receive(master.clock.now()).unwrap_err();
-    assert_eq!(error, sim::InProcessError::FramesLost { lost: 300 - sim::OUTBOX_CAPACITY as u64 });
-    assert_eq!(master.received().len(), sim::OUTBOX_CAPACITY, "the error is told once");
+    assert_eq!(error, uarm_sim::InProcessError::FramesLost { lost: 300 - uarm_sim::OUTBOX_CAPACITY as u64 });
+    assert_eq!(master.received().len(), uarm_sim::OUTBOX_CAPACITY, "the error is told once");
 }
 
 #[test]

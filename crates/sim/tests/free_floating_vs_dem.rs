@@ -6,8 +6,8 @@ use dem_model::ThreeLinkDem;
 use dem_model::planar::PlanarSpaceManipulator;
 use nalgebra::Vector3;
 use serde::Deserialize;
-use sim::{Brake, DemPlant, FreeFloatingPlant, InitialState, MechanicalPlant, Mechanism, Plant};
 use std::collections::BTreeMap;
+use uarm_sim::{Brake, DemPlant, FreeFloatingPlant, InitialState, MechanicalPlant, Mechanism, Plant};
 
 /// What two independent implementations reached.
 const TOLERANCE: f64 = 1e-9;

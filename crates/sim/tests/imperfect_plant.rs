@@ -10,8 +10,8 @@ use hinf_control::{
 };
 use nalgebra::Vector3;
 use serde_json::Value;
-use sim::drive::Encoder;
-use sim::{Brake, CountingDirection, Disturbance, EncoderMounting, Plant, UarmPlant, UarmPlantParameters};
+use uarm_sim::drive::Encoder;
+use uarm_sim::{Brake, CountingDirection, Disturbance, EncoderMounting, Plant, UarmPlant, UarmPlantParameters};
 
 /// A quantised loop is chaotic at the count, so that 1 % would be all one can ask of two programs that differ in a rounding.
 /// Here no count differs, and the transcendentals are the same on every machine: what remains is the rounding of sums.

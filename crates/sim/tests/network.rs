@@ -2,7 +2,6 @@
 
 mod support;
 
-use sim::{Brake, DemPlant, DriveFault, InProcessLink, Joint, Pacing, Plant, VirtualClock};
 use std::time::Duration;
 use support::{PERIOD, RATED_TORQUE, drives, lockstep, robot};
 use uarm_io::drive::cia402::PowerState;
@@ -11,6 +10,7 @@ use uarm_io::drive::{Address, DriveNetwork, NmtState, Value};
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
 use uarm_io::torque::RatedTorque;
+use uarm_sim::{Brake, DemPlant, DriveFault, InProcessLink, Joint, Pacing, Plant, VirtualClock};
 
 type Network = DriveNetwork<InProcessLink<DemPlant, VirtualClock>, 3>;
 
@@ -42,7 +42,7 @@ fn cycle(
     network: &mut Network,
     clock: &mut VirtualClock,
     tick: Instant,
-) -> Result<[i32; 3], CycleError<sim::InProcessError>> {
+) -> Result<[i32; 3], CycleError<uarm_sim::InProcessError>> {
     clock.sleep_until(tick);
     network.sync()?;
     let feedback = network.collect(tick + PERIOD / 3)?;

@@ -4,7 +4,7 @@ use core::time::Duration;
 use dem_model::ThreeLinkDem;
 use dem_model::planar::PlanarSpaceManipulator;
 use nalgebra::Vector3;
-use sim::{
+use uarm_sim::{
     Brake, DemPlant, Disturbance, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant,
     UarmPlant, UarmPlantParameters,
 };

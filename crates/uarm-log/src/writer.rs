@@ -9,8 +9,7 @@ use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapError, McapResult, WriteOptions, Writer};
 use prost::Message;
 use uarm_loop::uarm_io::drive::network::Emergency;
-use uarm_loop::uarm_io::drive::wire::{Channel, decode_emergency};
-use uarm_loop::uarm_io::drive::wire_files::{DRIVE_EDS, WIRE_DBC};
+use uarm_loop::uarm_io::drive::wire::{Channel, DRIVE_EDS, WIRE_DBC, decode_emergency};
 use uarm_loop::uarm_io::link::FrameDirection;
 use uarm_loop::uarm_io::time::{Duration, Instant};
 

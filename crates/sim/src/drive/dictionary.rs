@@ -1,4 +1,4 @@
-//! The emulated drive's object dictionary, as one table: the EDS file in `docs/wire` says the same, and a test compares.
+//! The emulated drive's object dictionary, as one table: the EDS file of `uarm-io` says the same, and a test compares.
 
 use super::parameters::DriveParameters;
 use canopen_rs::object_dictionary::AccessType;

@@ -10,7 +10,7 @@
 //!
 //! ```
 //! use nalgebra::Vector3;
-//! use sim::{Brake, DemPlant, Disturbance, Plant};
+//! use uarm_sim::{Brake, DemPlant, Disturbance, Plant};
 //! use std::time::Duration;
 //!
 //! let mut plant = DemPlant::new(dem_model::ThreeLinkDem::table_2()).with_disturbance(Disturbance::Paper);

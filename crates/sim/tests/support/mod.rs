@@ -3,10 +3,6 @@
 
 use canopen_rs::sdo::{SdoClient, SdoEvent};
 use dem_model::ThreeLinkDem;
-use sim::{
-    CountingDirection, DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderMounting, InProcessLink,
-    Pacing, Plant, VirtualClock,
-};
 use std::time::Duration;
 use uarm_io::drive::cia402::{Command, Controlword, Statusword};
 use uarm_io::drive::wire::{self, Channel, DriveCommand, DriveFeedback};
@@ -14,6 +10,10 @@ use uarm_io::drive::{Address, NmtCommand, NodeId, Value, objects};
 use uarm_io::frame::Frame;
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
+use uarm_sim::{
+    CountingDirection, DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderMounting, InProcessLink,
+    Pacing, Plant, VirtualClock,
+};
 
 /// The paper's period.
 pub const PERIOD: Duration = Duration::from_millis(3);
