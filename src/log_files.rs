@@ -1,4 +1,4 @@
-//! Where a log goes.
+//! Where logs go, and which is the newest.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -19,9 +19,9 @@ pub enum LogChoice {
     /// `runs/<time>-<controller>.mcap`.
     #[default]
     Default,
-    /// This file.
+    /// A file of this name, which must not be there yet.
     File(PathBuf),
-    /// None.
+    /// The run is not recorded.
     None,
 }
 

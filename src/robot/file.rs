@@ -172,7 +172,8 @@ pub enum ObjectType {
 pub struct Limits {
     pub torque_nm: f64,
     pub torque_rate_nm_per_s: f64,
-    pub rate_deg_per_s: f64,
+    #[serde(alias = "rate_deg_per_s")]
+    pub velocity_deg_per_s: f64,
     pub minimum_deg: f64,
     pub maximum_deg: f64,
 }
@@ -211,7 +212,7 @@ pub enum Weight {
     Full([[f64; 2]; 2]),
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum BaseAccelerationMode {
     /// The differentiated base rate

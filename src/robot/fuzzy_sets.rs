@@ -11,9 +11,9 @@ use super::error::{Checker, RobotError};
 use super::file::Firing;
 
 /// The name under which the built-in file appears in messages.
-pub const EMBEDDED_NAME: &str = "robots/uarm-fuzzy-sets.toml (built in)";
+pub const BUILT_IN_NAME: &str = "robots/uarm-fuzzy-sets.toml (built in)";
 /// The sets trained on the simulated UARM, built in.
-pub const EMBEDDED: &str = include_str!("../../robots/uarm-fuzzy-sets.toml");
+pub const BUILT_IN: &str = include_str!("../../robots/uarm-fuzzy-sets.toml");
 /// The version of the format that this program reads.
 const SCHEMA: u32 = 1;
 /// No error of a joint is larger, and no set need be wider, degrees or degrees per second.
@@ -64,8 +64,8 @@ impl TrainedSets {
     ///
     /// # Errors
     /// None, unless the program was built with a wrong file; a test reads it.
-    pub fn embedded() -> Result<Self, RobotError> {
-        Self::parse(Path::new(EMBEDDED_NAME), EMBEDDED)
+    pub fn built_in() -> Result<Self, RobotError> {
+        Self::parse(Path::new(BUILT_IN_NAME), BUILT_IN)
     }
 
     /// Sets from the text of a file; `name` is what messages call it.

@@ -4,23 +4,21 @@
 //! |---|---|
 //! | [`mod@file`] | the file as written |
 //! | [`error`] | what is wrong with it |
-//! | [`network`] | what the CANopen master must know of it |
 //! | [`fuzzy_sets`] | files of trained fuzzy sets |
 //! | [`overrides`] | what a command line changes of it |
-//! | [`task`] | the motion |
-//! | [`joint`] | encoders, drives and limits |
-//! | [`bus`] | the bus and its time budget |
+//! | `task` | the motion |
+//! | `joint` | encoders, drives and limits |
+//! | `bus` | the bus and its time budget |
 //! | [`control`] | period, estimator, and the controllers' weights |
 
-pub mod bus;
+mod bus;
 pub mod control;
 pub mod error;
 pub mod file;
 pub mod fuzzy_sets;
-pub mod joint;
-pub mod network;
+mod joint;
 pub mod overrides;
-pub mod task;
+mod task;
 
 use std::path::Path;
 
@@ -30,18 +28,17 @@ use hinf_control::FuzzySets;
 use uarm_io::time::Duration;
 use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
-use crate::control_loop::schedule::Period;
-use bus::Bus;
+use uarm_loop::period::Period;
+
+use crate::dimensions::LoopRobot;
 use error::{Checker, RobotError};
 use file::RobotFile;
-use joint::Joint;
 use overrides::Overrides;
-use task::Task;
 
 /// The name under which the built-in robot file appears in messages.
-pub const EMBEDDED_NAME: &str = "robots/uarm.toml (built in)";
+pub const BUILT_IN_NAME: &str = "robots/uarm.toml (built in)";
 /// The paper's robot, built in.
-pub const EMBEDDED: &str = include_str!("../../robots/uarm.toml");
+pub const BUILT_IN: &str = include_str!("../../robots/uarm.toml");
 /// The version of the format that this program reads.
 const SCHEMA: u32 = 1;
 
@@ -52,25 +49,15 @@ pub struct Robot {
     pub source: String,
     /// The file as written, with what the command line changed.
     pub file: RobotFile,
-    /// Its name.
-    pub name: String,
-    /// What the controllers believe.
+    /// What the loop must know of it.
+    pub description: LoopRobot,
+    /// The model that the controllers work with.
     pub model: ThreeLinkDem<f64>,
     /// The space manipulator that it stands for.
     pub space_manipulator: PlanarSpaceManipulator<f64, 2>,
-    /// The experiment.
-    pub task: Task,
-    /// The loop's period.
-    pub period: Period,
-    /// Largest tracking error of a driven joint, rad.
-    pub tracking_error_limit: f64,
-    /// The bus.
-    pub bus: Bus,
-    /// The joints, in order.
-    pub joints: [Joint; 3],
     /// Trained premise sets of the fuzzy laws; without them they run with the untrained grid.
     pub fuzzy_sets: Option<FuzzySets<f64>>,
-    /// What is not ideal in the embedded robot.
+    /// What is not ideal in the simulated robot.
     pub plant: UarmPlantParameters,
 }
 
@@ -88,7 +75,7 @@ impl Robot {
     /// # Errors
     /// As [`Robot::load`].
     pub fn load_with(file: Option<&Path>, overrides: &Overrides) -> Result<Self, RobotError> {
-        let Some(path) = file else { return Self::parse(Path::new(EMBEDDED_NAME), EMBEDDED, overrides) };
+        let Some(path) = file else { return Self::parse(Path::new(BUILT_IN_NAME), BUILT_IN, overrides) };
         let text =
             std::fs::read_to_string(path).map_err(|source| RobotError::Read { file: path.to_owned(), source })?;
         Self::parse(path, &text, overrides)
@@ -122,16 +109,18 @@ impl Robot {
         control::check(&file, &check)?;
         Ok(Self {
             source: text.to_owned(),
-            name: file.name.clone(),
+            description: LoopRobot {
+                name: file.name.clone(),
+                joints,
+                task: task::check(&file.task, &check)?,
+                period,
+                tracking_error_limit: check
+                    .within("control.tracking_error_limit_deg", file.control.tracking_error_limit_deg, 0.1, 360.0)?
+                    .to_radians(),
+                bus: bus::check(&file.bus, period, &check)?,
+            },
             model: model(&file.model, &check)?,
             space_manipulator: space_manipulator(&file.space_manipulator, &check)?,
-            task: Task::check(&file.task, &check)?,
-            period,
-            tracking_error_limit: check
-                .within("control.tracking_error_limit_deg", file.control.tracking_error_limit_deg, 0.1, 360.0)?
-                .to_radians(),
-            bus: Bus::check(&file.bus, period, &check)?,
-            joints,
             fuzzy_sets: None,
             plant: plant(&file.plant, &check)?,
             file,

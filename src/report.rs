@@ -6,9 +6,11 @@ use std::path::PathBuf;
 use hinf_control::Law;
 use serde::Serialize;
 
-use super::Outcome;
-use crate::control_loop::timing::{LatencySummary, TimingSummary, Verdict};
-use crate::robot::Robot;
+use uarm_log::description::ClockKind;
+use uarm_loop::outcome::Indices;
+use uarm_loop::timing::{LatencySummary, TimingSummary, Verdict};
+
+use crate::dimensions::{ACTIVE, LoopRobot, Outcome};
 
 /// How a run that ended as planned tells it.
 pub const COMPLETED: &str = "completed";
@@ -19,7 +21,7 @@ pub const COMPLETED: &str = "completed";
 pub struct RunReport {
     /// The robot's name.
     pub robot: String,
-    /// What moved: the embedded plant, or the interface.
+    /// What moved: the simulated plant, or the interface.
     pub plant: String,
     /// The control law.
     pub controller: &'static str,
@@ -34,9 +36,9 @@ pub struct RunReport {
     /// The paper's, where it has any.
     pub paper: Option<Indices>,
     /// Tracking error of joints 2 and 3 in the last cycle, degrees.
-    pub final_error_deg: [f64; 2],
+    pub final_error_deg: [f64; ACTIVE],
     /// Largest torques applied, N·m.
-    pub peak_torque_nm: [f64; 2],
+    pub peak_torque_nm: [f64; ACTIVE],
     /// How far the base turned from the first cycle to the last, degrees.
     pub base_drift_deg: f64,
     /// Cycles in which the limiter cut a torque.
@@ -64,8 +66,8 @@ pub struct RunReport {
 #[derive(Clone, Copy, Debug)]
 pub struct Subject<'a> {
     /// The robot.
-    pub robot: &'a Robot,
-    /// The embedded plant, or the interface.
+    pub robot: &'a LoopRobot,
+    /// The simulated plant, or the interface.
     pub plant: &'a str,
     /// The control law.
     pub law: Law,
@@ -84,25 +86,6 @@ pub struct Ending {
     pub completed: bool,
 }
 
-/// The clock of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ClockKind {
-    /// The machine's monotonic clock.
-    Monotonic,
-    /// Virtual time, which passes only while the loop sleeps.
-    Virtual,
-}
-
-/// The performance indices of the paper, section 4.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Indices {
-    /// L2 norm of the state tracking error.
-    pub l2: f64,
-    /// Sum of the applied torques, N·m·s.
-    pub e: f64,
-}
-
 /// Bus time, computed with worst-case bit stuffing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BusReport {
@@ -110,13 +93,6 @@ pub struct BusReport {
     pub time_per_cycle_us: f64,
     /// Share of the period.
     pub load: f64,
-}
-
-impl Indices {
-    /// The paper's indices of a law (Table 4).
-    pub fn published(law: Law) -> Option<Self> {
-        law.published_indices().map(|published| Self { l2: published.tracking, e: published.torque })
-    }
 }
 
 impl RunReport {
@@ -244,7 +220,7 @@ pub fn latency_table(timing: &TimingSummary) -> [String; 4] {
     [
         format!("{:<16} {:>8}  {:>8}  {:>8}  {:>8}  {:>8}", "latency (us)", "min", "mean", "p99", "p99.9", "max"),
         latency_row("wake-up", &timing.wake_up),
-        latency_row("SYNC to counts", &timing.answer),
+        latency_row("SYNC to counts", &timing.feedback_latency),
         latency_row("total", &timing.total),
     ]
 }

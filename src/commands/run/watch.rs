@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::control_loop::progress::Progress;
+use crate::dimensions::Progress;
 
 /// How often the line is drawn anew.
 const INTERVAL: Duration = Duration::from_millis(100);
@@ -18,13 +18,13 @@ pub fn show_progress(progress: &Progress, duration: f64, finished: impl Fn() -> 
         if io::stderr().is_terminal() { ProgressBar::new((duration * 1e3) as u64) } else { ProgressBar::hidden() };
     bar.set_style(ProgressStyle::with_template("  {bar:30} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar()));
     while !finished() {
-        let glimpse = progress.glimpse();
-        let [error_2, error_3] = glimpse.error.map(f64::to_degrees);
-        let [torque_2, torque_3] = glimpse.torque;
-        bar.set_position((glimpse.time * 1e3) as u64);
+        let snapshot = progress.snapshot();
+        let [error_2, error_3] = snapshot.error.map(f64::to_degrees);
+        let [torque_2, torque_3] = snapshot.torque;
+        bar.set_position((snapshot.time * 1e3) as u64);
         bar.set_message(format!(
             "{:6.2} s   error {error_2:+6.2} {error_3:+6.2} deg   torque {torque_2:+.3} {torque_3:+.3} N m",
-            glimpse.time
+            snapshot.time
         ));
         thread::sleep(INTERVAL);
     }

@@ -1,24 +1,53 @@
-//! The embedded robot: a plant behind emulated drives, in this process or on a CAN interface.
+//! The simulated robot: a plant behind emulated drives, in this process or on a CAN interface.
 
 use std::time::Duration;
 
 use anyhow::Context;
 use nalgebra::Vector3;
 use uarm_io::encoder::Direction;
-use uarm_io::time::Clock;
 use uarm_sim::drive::{CountingDirection, DriveDescription, DriveParameters, EncoderMounting};
 use uarm_sim::{
-    Brake, DemPlant, Disturbance, EmulatedRobot, FreeFloatingPlant, InProcessLink, InitialState, IntegrationStep,
+    Brake, DemPlant, Disturbance, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep,
     Pacing, Plant, UarmPlant, UarmPlantParameters,
 };
 
-use crate::commands::run::PlantChoice;
-use crate::robot::Robot;
-use crate::robot::joint::Joint;
+use uarm_loop::robot::Joint;
 
-/// Any of the embedded plants.
+use crate::robot::Robot;
+
+/// Which plant a simulated robot is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PlantChoice {
+    /// The UARM with its documented imperfections.
+    #[default]
+    Uarm,
+    /// The dynamically equivalent manipulator as the controllers believe it to be.
+    Ideal,
+    /// The free-floating space manipulator itself, simulated without the DEM.
+    Space,
+}
+
+uarm_loop::choice! {
+    PlantChoice:
+    Uarm = "uarm", "The UARM with its documented imperfections";
+    Ideal = "ideal", "The dynamically equivalent manipulator as the controllers believe it to be";
+    Space = "space", "The free-floating space manipulator itself, simulated without the DEM";
+}
+
+impl PlantChoice {
+    /// What reports and logs call the plant.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Uarm => "imperfect UARM",
+            Self::Ideal => "ideal DEM",
+            Self::Space => "free-floating space manipulator",
+        }
+    }
+}
+
+/// Any of the simulated plants.
 #[derive(Clone, Debug)]
-pub enum EmbeddedPlant {
+pub enum SimulatedPlant {
     /// With the documented imperfections.
     Uarm(UarmPlant),
     /// As the controllers believe it to be.
@@ -27,7 +56,7 @@ pub enum EmbeddedPlant {
     Space(FreeFloatingPlant),
 }
 
-impl EmbeddedPlant {
+impl SimulatedPlant {
     /// The plant that `choice` names, at the start of the robot file's task and at rest.
     ///
     /// # Errors
@@ -76,11 +105,11 @@ impl EmbeddedPlant {
 
 /// Where the robot file's task starts: joints 1 to 3, rad, the base at zero.
 pub fn start(robot: &Robot) -> Vector3<f64> {
-    let start = robot.task.reference.start();
+    let start = robot.description.task.reference.start();
     Vector3::new(0.0, start.x, start.y)
 }
 
-impl Plant for EmbeddedPlant {
+impl Plant for SimulatedPlant {
     fn time(&self) -> Duration {
         match self {
             Self::Uarm(plant) => plant.time(),
@@ -114,27 +143,12 @@ impl Plant for EmbeddedPlant {
     }
 }
 
-/// A link to an embedded robot in this process. Its plant follows `clock`; in virtual time that is one period a cycle,
-/// to the nanosecond.
-///
-/// # Errors
-/// If the robot file describes drives that cannot be emulated.
-pub fn link<C: Clock>(
-    robot: &Robot,
-    choice: PlantChoice,
-    disturbance: Disturbance,
-    clock: C,
-) -> anyhow::Result<InProcessLink<EmbeddedPlant, C>> {
-    let plant = EmbeddedPlant::new(robot, choice, disturbance)?;
-    Ok(InProcessLink::new(emulate(robot, plant, Pacing::WallClock)?, clock))
-}
-
 /// Puts emulated drives, as the robot file describes them, on a plant.
 ///
 /// # Errors
 /// If the robot file describes drives that cannot be emulated.
 pub fn emulate<P: Plant + Clone>(robot: &Robot, plant: P, pacing: Pacing) -> anyhow::Result<EmulatedRobot<P>> {
-    let [first, second, third] = &robot.joints;
+    let [first, second, third] = &robot.description.joints;
     Ok(EmulatedRobot::new(plant, [drive(first)?, drive(second)?, drive(third)?], pacing)?)
 }
 

@@ -2,10 +2,9 @@
 
 use anyhow::Context;
 use uarm_io::realtime::{Priority, Processor, RealtimePolicy, RealtimeSettings, RealtimeThread};
-
-use crate::commands::run::RealtimeChoice;
-use crate::recording::{Notebook, Severity};
-use crate::run_log::description::RealtimeRequest;
+use uarm_log::description::MachineDescription;
+use uarm_loop::choice::Choice;
+use uarm_loop::recording::{LogHandle, Severity};
 
 /// How the loop's thread is scheduled.
 #[derive(Clone, Copy, Debug)]
@@ -16,22 +15,19 @@ impl Realtime {
     ///
     /// # Errors
     /// If priority or processor are out of range.
-    pub fn new(choice: RealtimeChoice, priority: u8, processor: Option<usize>) -> anyhow::Result<Self> {
-        let policy = match choice {
-            RealtimeChoice::Enforce => RealtimePolicy::Enforce,
-            RealtimeChoice::Prefer => RealtimePolicy::Prefer,
-            RealtimeChoice::Off => RealtimePolicy::Off,
-        };
+    pub fn new(policy: RealtimePolicy, priority: u8, processor: Option<usize>) -> anyhow::Result<Self> {
         let priority = Priority::new(priority).context("--priority")?;
         let processor = processor.map(Processor::new).transpose().context("--cpu")?;
         Ok(Self(RealtimeSettings { policy, priority, processor }))
     }
 
-    /// What is asked for, for the log.
-    pub fn request(&self) -> RealtimeRequest {
+    /// This program, and what is asked for of this machine, for the log.
+    pub fn machine(&self) -> MachineDescription {
         let RealtimeSettings { policy, priority, processor } = &self.0;
-        RealtimeRequest {
-            policy: policy.to_string(),
+        MachineDescription {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            commit: env!("UARM_COMMIT").to_owned(),
+            realtime_policy: policy.name().to_owned(),
             priority: priority.to_string(),
             processor: processor.map_or_else(|| "any".to_owned(), |processor| processor.to_string()),
         }
@@ -41,7 +37,10 @@ impl Realtime {
     ///
     /// # Errors
     /// If something is missing and all was demanded.
-    pub fn enter(&self, notebook: Option<&Notebook>) -> anyhow::Result<RealtimeThread> {
+    pub fn enter<const J: usize, const N: usize>(
+        &self,
+        log: Option<&LogHandle<J, N>>,
+    ) -> anyhow::Result<RealtimeThread> {
         let thread = RealtimeThread::enter(&self.0)?;
         for finding in thread.report() {
             let is_missing = !finding.how_to_get_it.is_empty();
@@ -49,8 +48,8 @@ impl Realtime {
             if is_missing {
                 eprintln!("  {text}");
             }
-            if let Some(notebook) = notebook {
-                notebook.add(if is_missing { Severity::Warning } else { Severity::Info }, text);
+            if let Some(log) = log {
+                log.add(if is_missing { Severity::Warning } else { Severity::Info }, text);
             }
         }
         Ok(thread)

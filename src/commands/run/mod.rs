@@ -1,4 +1,11 @@
-//! `uarm run`: the paper's experiment, on the embedded robot or on real drives.
+//! `uarm run`: the paper's experiment, on the simulated robot or on real drives.
+
+mod loop_thread;
+mod place;
+mod realtime;
+mod recording;
+mod session;
+mod watch;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -6,37 +13,38 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::Context;
-use hinf_control::Law;
-use uarm_sim::Disturbance;
+use hinf_control::{AdaptationGuard, BaseAcceleration, Disturbance, Law};
+use uarm_io::realtime::RealtimePolicy;
+use uarm_loop::schedule::OverrunPolicy;
+use uarm_loop::settings::Settings;
+use uarm_loop::task_clock::PeriodSource;
+use uarm_loop::torque::DisturbanceSite;
 
-use super::{Outcome, exit_code};
-use crate::control_loop::schedule::OverrunPolicy;
-use crate::control_loop::task_clock::PeriodSource;
-use crate::control_loop::torque::DisturbanceSite;
-use crate::controllers::AdaptationGuard;
-use crate::experiment::Settings;
-use crate::experiment::place::Place;
-use crate::experiment::realtime::Realtime;
-use crate::experiment::report::{RunReport, print_mean};
-use crate::experiment::session::Session;
-use crate::experiment::tape::Repetition;
+use crate::exit::Exit;
+use crate::log_files::LogChoice;
+use crate::options::choice;
+use crate::report::{RunReport, print_mean};
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
-use crate::run_log::place::LogChoice;
-use crate::signals::StopRequest;
+use crate::signals;
+use crate::simulated_robot::PlantChoice;
+use place::Place;
+use realtime::Realtime;
+use recording::Repetition;
+use session::Session;
 
 /// Arguments of `uarm run`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  uarm run                                   the paper's task on the embedded robot, in real time
-  uarm run --virtual-time --trace run.csv    the same in milliseconds, every signal of every cycle in a file
+  uarm run                                   the paper's task on the simulated robot, in real time
+  uarm run --virtual-time --log run.mcap     the same in milliseconds, recorded in a file of your choice
   uarm run --controller adaptive --plant ideal
   uarm plant --can vcan0 &  uarm run --can vcan0
   uarm run --can can0 --robot my-robot.toml  real drives: keep a hand on the emergency stop")]
 pub struct Arguments {
     /// The control law
-    #[arg(long, default_value = Law::Nonlinear.name(), value_parser = parse_law, value_name = "LAW")]
+    #[arg(long, default_value = Law::Nonlinear.name(), value_parser = choice::<Law>(), value_name = "LAW")]
     controller: Law,
     /// The robot file; without it the paper's UARM, which is built in
     #[arg(long, value_name = "FILE")]
@@ -44,10 +52,10 @@ pub struct Arguments {
     /// Drive the real drives on this CAN interface, such as can0 or vcan0
     #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["plant", "virtual_time"])]
     can: Option<String>,
-    /// What the embedded robot is
-    #[arg(long, value_enum, default_value_t, value_name = "PLANT")]
+    /// What the simulated robot is
+    #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
     plant: PlantChoice,
-    /// Run the embedded robot in virtual time: the same loop, as fast as it goes, bit for bit the same each time
+    /// Run the simulated robot in virtual time: the same loop, as fast as it goes, bit for bit the same each time
     #[arg(long)]
     virtual_time: bool,
     /// The loop's period, such as 3ms or 1ms, instead of the robot file's
@@ -60,10 +68,10 @@ pub struct Arguments {
     #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
     approach: Option<Duration>,
     /// How controllers 1 and 2 have the base acceleration, instead of the robot file's choice
-    #[arg(long, value_enum, value_name = "MODE")]
-    base_acceleration: Option<crate::robot::file::BaseAccelerationMode>,
+    #[arg(long, value_parser = choice::<BaseAcceleration>(), value_name = "MODE")]
+    base_acceleration: Option<BaseAcceleration>,
     /// What keeps adapted parameters from drifting; by default "bounded" with --can and "none" otherwise, as in the paper
-    #[arg(long, value_enum, value_name = "GUARD")]
+    #[arg(long, value_parser = choice::<AdaptationGuard>(), value_name = "GUARD")]
     adaptation: Option<AdaptationGuard>,
     /// Let the fuzzy laws run with the sets in this file, as uarm train writes it; without it with the untrained grid
     #[arg(long, value_name = "FILE.toml")]
@@ -71,21 +79,21 @@ pub struct Arguments {
     /// Run the experiment this many times
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000), value_name = "N")]
     repeat: u32,
-    /// The disturbance (paper eq. 48); by default "paper" on the embedded robot and "none" with --can
-    #[arg(long, value_enum, value_name = "KIND")]
-    disturbance: Option<DisturbanceChoice>,
-    /// Where the disturbance acts; by default on the embedded plant's joints, and on the sent torque with --can
-    #[arg(long, value_enum, value_name = "SITE")]
+    /// The disturbance (paper eq. 48); by default "paper" on the simulated robot and "none" with --can
+    #[arg(long, value_parser = choice::<Disturbance>(), value_name = "KIND")]
+    disturbance: Option<Disturbance>,
+    /// Where the disturbance acts; by default on the simulated plant's joints, and on the sent torque with --can
+    #[arg(long, value_parser = choice::<DisturbanceSite>(), value_name = "SITE")]
     disturbance_site: Option<DisturbanceSite>,
     /// What to do when a cycle ends after the next should have begun
-    #[arg(long, value_enum, default_value_t, value_name = "POLICY")]
+    #[arg(long, value_parser = choice::<OverrunPolicy>(), default_value = "skip", value_name = "POLICY")]
     overrun: OverrunPolicy,
     /// Where the period that estimators and laws are told comes from
-    #[arg(long, value_enum, default_value_t, value_name = "SOURCE")]
+    #[arg(long, value_parser = choice::<PeriodSource>(), default_value = "scheduled", value_name = "SOURCE")]
     dt: PeriodSource,
     /// Real-time scheduling of the loop; by default "enforce" with --can and "prefer" otherwise
-    #[arg(long, value_enum, value_name = "POLICY")]
-    rt: Option<RealtimeChoice>,
+    #[arg(long, value_parser = choice::<RealtimePolicy>(), value_name = "POLICY")]
+    rt: Option<RealtimePolicy>,
     /// SCHED_FIFO priority of the loop
     #[arg(long, default_value_t = 80, value_parser = clap::value_parser!(u8).range(1..=98), value_name = "1..98")]
     priority: u8,
@@ -96,61 +104,9 @@ pub struct Arguments {
     /// option runs/TIME-CONTROLLER.mcap
     #[arg(long, value_name = "FILE|none")]
     log: Option<LogChoice>,
-    /// Also write every signal of every cycle to this file, one row a cycle
-    #[arg(long, value_name = "FILE.csv")]
-    trace: Option<PathBuf>,
     /// Print the reports as JSON
     #[arg(long)]
     json: bool,
-}
-
-/// The embedded robots.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum PlantChoice {
-    /// The UARM with its documented imperfections
-    #[default]
-    Uarm,
-    /// The dynamically equivalent manipulator as the controllers believe it to be
-    Ideal,
-    /// The free-floating space manipulator itself, simulated without the DEM
-    Space,
-}
-
-/// The disturbances.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum DisturbanceChoice {
-    /// The paper's eq. 48, from 1 s on
-    Paper,
-    /// None
-    None,
-}
-
-impl From<DisturbanceChoice> for Disturbance {
-    fn from(choice: DisturbanceChoice) -> Self {
-        match choice {
-            DisturbanceChoice::Paper => Self::Paper,
-            DisturbanceChoice::None => Self::None,
-        }
-    }
-}
-
-/// How much real time is asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum RealtimeChoice {
-    /// All of it, or the run does not begin
-    Enforce,
-    /// As much as the machine gives; the report says what
-    Prefer,
-    /// None
-    Off,
-}
-
-/// A law by its name.
-///
-/// # Errors
-/// The names there are.
-pub fn parse_law(name: &str) -> Result<Law, String> {
-    Law::from_name(name).ok_or_else(|| format!("expected one of {}", Law::ALL.map(Law::name).join(", ")))
 }
 
 /// Runs the experiments and prints their reports.
@@ -159,13 +115,12 @@ pub fn parse_law(name: &str) -> Result<Law, String> {
 /// If the robot file is wrong, or an experiment cannot be begun.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let robot = robot(arguments)?;
-    let stop = StopRequest::on_signals().context("signal handlers")?;
+    let stop = signals::stop_request().context("signal handlers")?;
     let session = Session {
         settings: settings(arguments),
         place: place(arguments),
         realtime: realtime(arguments)?,
         log: arguments.log.clone().unwrap_or_default(),
-        trace: arguments.trace.clone(),
     };
     for line in session.announcement(&robot) {
         eprintln!("{line}");
@@ -195,18 +150,18 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     } else if reports.len() > 1 {
         print_mean(&reports, &mut std::io::stdout().lock())?;
     }
-    Ok(exit_code(outcome(&reports, arguments.can.is_some())))
+    Ok(outcome(&reports, arguments.can.is_some()).into())
 }
 
-/// Missed deadlines are a loss where motors were driven; on the embedded robot they only tell of the machine.
-fn outcome(reports: &[RunReport], drives: bool) -> Outcome {
+/// Missed deadlines are a loss where motors were driven; on the simulated robot they only tell of the machine.
+fn outcome(reports: &[RunReport], drives: bool) -> Exit {
     let late = |report: &RunReport| report.timing.missed_deadlines + report.timing.skipped_ticks > 0;
     if reports.iter().any(|report| !report.completed) {
-        Outcome::Failure
+        Exit::Failure
     } else if reports.iter().any(|report| report.has_loss() || (drives && late(report))) {
-        Outcome::Loss
+        Exit::Loss
     } else {
-        Outcome::Ok
+        Exit::Ok
     }
 }
 
@@ -221,11 +176,11 @@ fn robot(arguments: &Arguments) -> anyhow::Result<Robot> {
     Ok(robot)
 }
 
-/// On drives, what is safe; on the embedded robot, what the paper did.
+/// On drives, what is safe; on the simulated robot, what the paper did.
 fn settings(arguments: &Arguments) -> Settings {
     let (guard, disturbance, disturbance_site) = match arguments.can {
-        Some(_) => (AdaptationGuard::Bounded, DisturbanceChoice::None, DisturbanceSite::Command),
-        None => (AdaptationGuard::None, DisturbanceChoice::Paper, DisturbanceSite::Plant),
+        Some(_) => (AdaptationGuard::Bounded, Disturbance::None, DisturbanceSite::Command),
+        None => (AdaptationGuard::None, Disturbance::Paper, DisturbanceSite::Plant),
     };
     Settings {
         law: arguments.controller,
@@ -233,7 +188,7 @@ fn settings(arguments: &Arguments) -> Settings {
         overrun: arguments.overrun,
         period_source: arguments.dt,
         approach: arguments.approach,
-        disturbance: arguments.disturbance.unwrap_or(disturbance).into(),
+        disturbance: arguments.disturbance.unwrap_or(disturbance),
         disturbance_site: arguments.disturbance_site.unwrap_or(disturbance_site),
     }
 }
@@ -241,12 +196,12 @@ fn settings(arguments: &Arguments) -> Settings {
 fn place(arguments: &Arguments) -> Place {
     match (&arguments.can, arguments.virtual_time) {
         (Some(interface), _) => Place::Interface(interface.clone()),
-        (None, true) => Place::EmbeddedVirtual(arguments.plant),
-        (None, false) => Place::EmbeddedReal(arguments.plant),
+        (None, true) => Place::SimulatedVirtualTime(arguments.plant),
+        (None, false) => Place::SimulatedRealTime(arguments.plant),
     }
 }
 
 fn realtime(arguments: &Arguments) -> anyhow::Result<Realtime> {
-    let default = if arguments.can.is_some() { RealtimeChoice::Enforce } else { RealtimeChoice::Prefer };
+    let default = if arguments.can.is_some() { RealtimePolicy::Enforce } else { RealtimePolicy::Prefer };
     Realtime::new(arguments.rt.unwrap_or(default), arguments.priority, arguments.cpu)
 }
