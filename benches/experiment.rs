@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::num::{NonZeroU32, NonZeroUsize};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sim::Disturbance;
+use hinf_control::Disturbance;
 use uarm::commands::run::PlantChoice;
 use uarm::experiment::embedded::EmbeddedPlant;
 use uarm::robot::overrides::Overrides;

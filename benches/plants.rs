@@ -3,8 +3,9 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use dem_model::ThreeLinkDem;
 use dem_model::planar::PlanarSpaceManipulator;
+use hinf_control::Disturbance;
 use nalgebra::Vector3;
-use sim::{Brake, DemPlant, Disturbance, FreeFloatingPlant, Plant, UarmPlant, UarmPlantParameters};
+use sim::{Brake, DemPlant, FreeFloatingPlant, Plant, UarmPlant, UarmPlantParameters};
 use std::hint::black_box;
 use std::time::Duration;
 

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::time::Duration;
 
+use hinf_control::Disturbance;
 use serde_json::Value;
-use sim::Disturbance;
 use uarm::commands::run::PlantChoice;
 use uarm::experiment::embedded::EmbeddedPlant;
 use uarm::robot::overrides::Overrides;

@@ -4,8 +4,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use hinf_control::Disturbance;
 use hinf_control::Law;
-use sim::{Brake, Disturbance, DriveFault, InProcessError, InProcessLink, Joint, VirtualClock};
+use sim::{Brake, DriveFault, InProcessError, InProcessLink, Joint, VirtualClock};
 use uarm::commands::run::PlantChoice;
 use uarm::control_loop::LoopEnd;
 use uarm::control_loop::progress::Progress;

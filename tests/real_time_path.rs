@@ -7,8 +7,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use hinf_control::Disturbance;
 use hinf_control::Law;
-use sim::{Disturbance, VirtualClock};
+use sim::VirtualClock;
 use uarm::commands::run::PlantChoice;
 use uarm::control_loop::progress::Progress;
 use uarm::control_loop::schedule::{OverrunPolicy, Schedule};

@@ -7,9 +7,9 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
+use hinf_control::Disturbance;
 use hinf_control::Law;
 use serde::Serialize;
-use sim::Disturbance;
 
 use super::run::{DisturbanceChoice, parse_law};
 use super::{Outcome, exit_code};

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::Context;
+use hinf_control::Disturbance;
 use hinf_control::Law;
-use sim::Disturbance;
 
 use super::{Outcome, exit_code};
 use crate::control_loop::schedule::OverrunPolicy;

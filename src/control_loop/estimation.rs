@@ -108,8 +108,8 @@ impl Estimate {
         let [base, second, third] = &self.joints;
         Measurement {
             position: Vector2::new(second.position, third.position),
-            rate: Vector2::new(second.rate, third.rate),
-            base: BaseMeasurement { position: base.position, rate: base.rate, acceleration: base.acceleration },
+            velocity: Vector2::new(second.rate, third.rate),
+            base: BaseMeasurement { position: base.position, velocity: base.rate, acceleration: base.acceleration },
         }
     }
 

@@ -71,7 +71,7 @@ mod tests {
         assert_eq!(motion.at(-5.0).position, from);
         let (before, after) = (motion.at(-1e-9), motion.at(0.0));
         assert!((before.position - after.position).norm() < 1e-12);
-        assert!((before.rate - after.rate).norm() < 1e-9);
+        assert!((before.velocity - after.velocity).norm() < 1e-9);
         assert!(!motion.is_task(-0.1) && motion.is_task(0.0) && motion.is_task(2.999) && !motion.is_task(3.0));
     }
 

@@ -114,7 +114,7 @@ impl CycleRecord {
             rate: estimate.rate(),
             base_acceleration: measurement.base.acceleration,
             reference_position: reference.position.into(),
-            reference_rate: reference.rate.into(),
+            reference_rate: reference.velocity.into(),
             reference_acceleration: reference.acceleration.into(),
             control_input: command.control_input.into(),
             torque_requested: command.torque.into(),
@@ -145,7 +145,7 @@ impl CycleRecord {
     pub fn tracking_error(&self) -> TrackingError<f64> {
         let ([_, position_2, position_3], [_, rate_2, rate_3]) = (self.position, self.rate);
         TrackingError {
-            rate: Vector2::new(rate_2, rate_3) - Vector2::from(self.reference_rate),
+            velocity: Vector2::new(rate_2, rate_3) - Vector2::from(self.reference_rate),
             position: Vector2::new(position_2, position_3) - Vector2::from(self.reference_position),
         }
     }

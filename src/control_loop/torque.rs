@@ -1,8 +1,8 @@
 //! From the law's torque to the drives': limits, the injected disturbance, per mille.
 
+use hinf_control::Disturbance;
 use hinf_control::{LimitedTorque, TorqueLimiter};
 use nalgebra::Vector2;
-use sim::Disturbance;
 use uarm_io::time::Duration;
 use uarm_io::torque::{TorqueError, TorqueScale};
 

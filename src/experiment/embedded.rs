@@ -3,11 +3,12 @@
 use std::time::Duration;
 
 use anyhow::Context;
+use hinf_control::Disturbance;
 use nalgebra::Vector3;
 use sim::drive::{CountingDirection, DriveDescription, DriveParameters, EncoderMounting};
 use sim::{
-    Brake, DemPlant, Disturbance, EmulatedRobot, FreeFloatingPlant, InProcessLink, InitialState, IntegrationStep,
-    Pacing, Plant, UarmPlant, UarmPlantParameters,
+    Brake, DemPlant, EmulatedRobot, FreeFloatingPlant, InProcessLink, InitialState, IntegrationStep, Pacing, Plant,
+    UarmPlant, UarmPlantParameters,
 };
 use uarm_io::encoder::Direction;
 use uarm_io::time::Clock;

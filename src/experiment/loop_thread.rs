@@ -1,6 +1,8 @@
 //! What happens on the loop's thread: the place is set up, the thread becomes a real-time one, the experiment runs.
 
-use sim::{Disturbance, VirtualClock};
+use hinf_control::Disturbance;
+
+use sim::VirtualClock;
 use uarm_io::link::{Link, ObservedLink};
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::time::Clock;

@@ -24,9 +24,9 @@ pub mod watch;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use anyhow::Context;
+use hinf_control::Disturbance;
 use hinf_control::{Controller, Law, PerformanceIndices, QuinticReference, TorqueLimiter, TorqueLimits};
 use nalgebra::Vector2;
-use sim::Disturbance;
 use uarm_io::drive::network::{Confirmation, DriveNetwork, StopReport};
 use uarm_io::encoder::Encoder;
 use uarm_io::link::Link;

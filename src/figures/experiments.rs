@@ -1,8 +1,9 @@
 //! The runs whose motion is shown: `uarm run --virtual-time`, kept in memory.
 
 use anyhow::Context;
+use hinf_control::Disturbance;
 use hinf_control::Law;
-use sim::{Disturbance, VirtualClock};
+use sim::VirtualClock;
 
 use crate::commands::run::PlantChoice;
 use crate::control_loop::LoopEnd;

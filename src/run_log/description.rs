@@ -14,8 +14,8 @@ use std::time::Duration;
 
 use anyhow::{Context, anyhow};
 use clap::ValueEnum;
+use hinf_control::Disturbance;
 use hinf_control::{FuzzySets, GeneralisedBell, Law};
-use sim::Disturbance;
 
 use super::time_axis::TimeAxis;
 use crate::commands::run::DisturbanceChoice;
@@ -184,7 +184,7 @@ fn choice<V: ValueEnum>(fields: &Fields, name: &str) -> anyhow::Result<V> {
 
 /// Centre, half width and steepness of each set, in the laws' own units, so that the bits come back.
 fn sets_to_text(sets: &FuzzySets<f64>) -> String {
-    let bells = sets.rate.iter().chain(&sets.position);
+    let bells = sets.velocity.iter().chain(&sets.position);
     let bells = bells.map(|bell| format!("{:?} {:?} {:?}", bell.centre(), bell.half_width(), bell.steepness()));
     bells.collect::<Vec<_>>().join("; ")
 }
@@ -205,7 +205,7 @@ fn sets_from_text(text: &str) -> anyhow::Result<Option<FuzzySets<f64>>> {
     let bells = bells.ok_or_else(wrong)?;
     let (rate, position) = bells.split_at_checked(3).ok_or_else(wrong)?;
     let three = |bells: &[GeneralisedBell<f64>]| bells.try_into().map_err(|_| wrong());
-    Ok(Some(FuzzySets { rate: three(rate)?, position: three(position)? }))
+    Ok(Some(FuzzySets { velocity: three(rate)?, position: three(position)? }))
 }
 
 #[cfg(test)]

@@ -4,9 +4,10 @@ use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::Path;
 
 use anyhow::Context;
+use hinf_control::Disturbance;
 use hinf_control::Law;
 use serde::Serialize;
-use sim::{Disturbance, UarmPlantParameters};
+use sim::UarmPlantParameters;
 
 use super::contestant::{Contestant, Entrant, Origin};
 use super::start::StartVariation;

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
+use hinf_control::Disturbance;
 use serde::Serialize;
-use sim::{Disturbance, IntegrationStep, UarmPlantParameters};
+use sim::{IntegrationStep, UarmPlantParameters};
 
 use super::comparison::caveat;
 use super::contestant::{Contestant, Entrant, Origin};

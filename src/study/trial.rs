@@ -1,6 +1,8 @@
 //! One experiment in virtual time, on a plant of one's choice.
 
-use sim::{Disturbance, InProcessLink, Pacing, VirtualClock};
+use hinf_control::Disturbance;
+
+use sim::{InProcessLink, Pacing, VirtualClock};
 
 use super::contestant::Entrant;
 use crate::control_loop::LoopEnd;
