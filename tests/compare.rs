@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::time::Duration;
 
+use hinf_control::Disturbance;
 use serde_json::Value;
 use uarm::commands::run::PlantChoice;
 use uarm::experiment::embedded::EmbeddedPlant;

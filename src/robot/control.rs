@@ -43,7 +43,7 @@ pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<(), RobotEr
 
 /// The H∞ weights of a law. The baseline has none of its own and is given those of controller 1.
 pub fn weights(controllers: &Controllers, law: Law) -> Weights<f64> {
-    let (rate, position) = match law {
+    let (velocity, position) = match law {
         Law::Nonlinear | Law::ComputedTorque => (controllers.nonlinear.q1, controllers.nonlinear.q2),
         Law::Adaptive => (controllers.adaptive.q1, controllers.adaptive.q2),
         Law::Neural => (controllers.neural.q1, controllers.neural.q2),
@@ -52,7 +52,7 @@ pub fn weights(controllers: &Controllers, law: Law) -> Weights<f64> {
         Law::FuzzyModel => (controllers.fuzzy_model.q1, controllers.fuzzy_model.q2),
     };
     Weights {
-        rate: matrix(rate),
+        velocity: matrix(velocity),
         position: matrix(position),
         cross: Matrix2::zeros(),
         control: matrix(controllers.r),

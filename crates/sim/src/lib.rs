@@ -5,7 +5,7 @@
 //! - **Time is passed in.** Nothing here reads a clock but [`InProcessLink`], through the [`Clock`](uarm_io::time::Clock) that
 //!   it was given. Plant time is whole nanoseconds.
 //! - **One grid.** Plants integrate by RK4 on whole multiples of one [`IntegrationStep`] (100 µs) from plant time zero. How the
-//!   caller cuts time into calls does not show, as long as it cuts on the grid; the instant at which the [`Disturbance`]
+//!   caller cuts time into calls does not show, as long as it cuts on the grid; the instant at which the [`Disturbance`](hinf_control::Disturbance)
 //!   starts is stepped onto exactly, wherever it lies.
 //! - **Lockstep.** With [`Pacing::Lockstep`] the plant moves by one period at each SYNC: what happens does not depend on when
 //!   it happens. A run in virtual time, in real time and over a bus gives the same positions, bit for bit.
@@ -97,7 +97,7 @@ pub use drive::{CountingDirection, DriveDescription, DriveFault, DriveParameters
 pub use link::{FaultRates, FaultyLink, InProcessError, InProcessLink};
 pub use outbox::{OUTBOX_CAPACITY, Outbox};
 pub use plant::{
-    Brake, DemPlant, Disturbance, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant,
+    Brake, DemPlant, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant,
     UarmImperfections, UarmParameterError, UarmPlant, UarmPlantParameters,
 };
 pub use robot::{EmulatedRobot, Joint, Pacing, RobotError};

@@ -4,6 +4,7 @@
 
 use core::time::Duration;
 use dem_model::ThreeLinkDem;
+use hinf_control::Disturbance;
 use hinf_control::{
     AnyController, BaseAcceleration, BaseMeasurement, Controller, ControllerOptions, Law, Measurement,
     PerformanceIndices, QuinticReference, TrackingError, WeightReading, Weights,
@@ -11,7 +12,7 @@ use hinf_control::{
 use nalgebra::Vector3;
 use serde_json::Value;
 use uarm_sim::drive::Encoder;
-use uarm_sim::{Brake, CountingDirection, Disturbance, EncoderMounting, Plant, UarmPlant, UarmPlantParameters};
+use uarm_sim::{Brake, CountingDirection, EncoderMounting, Plant, UarmPlant, UarmPlantParameters};
 
 /// A quantised loop is chaotic at the count, so that 1 % would be all one can ask of two programs that differ in a rounding.
 /// Here no count differs, and the transcendentals are the same on every machine: what remains is the rounding of sums.
@@ -57,8 +58,8 @@ fn run(law: Law, counts_per_revolution: u32, bandwidth: f64) -> Outcome {
         rate += ((position - last) / period - rate) * smoothing;
         let measurement = Measurement {
             position: position.yz(),
-            rate: rate.yz(),
-            base: BaseMeasurement { position: position.x, rate: rate.x, acceleration: 0.0 },
+            velocity: rate.yz(),
+            base: BaseMeasurement { position: position.x, velocity: rate.x, acceleration: 0.0 },
         };
         let wanted = reference.at(f64::from(k) * period);
         let elapsed = if k == 0 { 0.0 } else { period };

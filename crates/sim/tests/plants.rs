@@ -3,10 +3,11 @@
 use core::time::Duration;
 use dem_model::ThreeLinkDem;
 use dem_model::planar::PlanarSpaceManipulator;
+use hinf_control::Disturbance;
 use nalgebra::Vector3;
 use uarm_sim::{
-    Brake, DemPlant, Disturbance, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant,
-    UarmPlant, UarmPlantParameters,
+    Brake, DemPlant, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant, UarmPlant,
+    UarmPlantParameters,
 };
 
 const FREE: [Brake; 3] = [Brake::Released; 3];

@@ -86,7 +86,7 @@ impl Truth {
         let position = (FREQUENCY * since - DECAY * rate - FREQUENCY * of_cosine) / squared;
         Reference {
             position: task.position + self.disturbance * position,
-            rate: task.rate + self.disturbance * rate,
+            velocity: task.velocity + self.disturbance * rate,
             acceleration: task.acceleration + self.disturbance * acceleration,
         }
     }
@@ -140,7 +140,7 @@ impl Recording {
     ) -> impl Iterator<Item = (Vector2<f64>, Vector2<f64>)> + 'a {
         self.samples.iter().zip(rates).map(move |(sample, rate)| {
             let truth = self.truth.at(sample.time - delay);
-            (Vector2::from(*rate) - truth.rate, truth.acceleration)
+            (Vector2::from(*rate) - truth.velocity, truth.acceleration)
         })
     }
 }
@@ -171,15 +171,15 @@ mod tests {
     #[test]
     fn the_disturbed_motion_is_the_integral_of_its_acceleration() {
         let truth = Truth::new(Motion::Disturbed);
-        let (mut rate, mut position) = (truth.at(START).rate, truth.at(START).position);
+        let (mut rate, mut position) = (truth.at(START).velocity, truth.at(START).position);
         let step = 1e-4;
         for k in 0..10_000 {
             let at = |fraction: f64| truth.at(START + (f64::from(k) + fraction) * step);
-            position += (at(0.0).rate + at(0.5).rate * 4.0 + at(1.0).rate) * (step / 6.0);
+            position += (at(0.0).velocity + at(0.5).velocity * 4.0 + at(1.0).velocity) * (step / 6.0);
             rate += (at(0.0).acceleration + at(0.5).acceleration * 4.0 + at(1.0).acceleration) * (step / 6.0);
         }
         // Simpson's error at this step is far below; 10 000 sums round to about 1e-13.
-        assert_relative_eq!(rate, truth.at(START + 1.0).rate, max_relative = 1e-10);
+        assert_relative_eq!(rate, truth.at(START + 1.0).velocity, max_relative = 1e-10);
         assert_relative_eq!(position, truth.at(START + 1.0).position, max_relative = 1e-10);
     }
 
@@ -189,7 +189,7 @@ mod tests {
         let recording = Recording::new(Motion::Task, counts, Jitter::TenPercent);
         for delay in [-0.01, 0.0, 0.02, 0.08] {
             let rates: Vec<[f64; 2]> =
-                recording.samples.iter().map(|s| recording.truth.at(s.time - delay).rate.into()).collect();
+                recording.samples.iter().map(|s| recording.truth.at(s.time - delay).velocity.into()).collect();
             assert_relative_eq!(recording.least_squares_delay(&rates), delay, epsilon = 1e-9);
             assert!(recording.rms_error(&rates, delay) < 1e-12);
         }

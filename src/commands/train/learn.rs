@@ -112,7 +112,7 @@ fn sets(premises: &PremiseSets) -> Result<FuzzySets<f64>, LearnError> {
         let bells = input.sets().iter().map(bell).collect::<Result<Vec<_>, _>>()?;
         bells.try_into().map_err(|_| LearnError::Count)
     };
-    Ok(FuzzySets { rate: bells(rate)?, position: bells(position)? })
+    Ok(FuzzySets { velocity: bells(rate)?, position: bells(position)? })
 }
 
 #[cfg(test)]
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn the_grid_is_the_one_that_the_controller_runs_with_when_untrained() {
         let (grid, untrained) = (sets(&grid(Firing::Minimum).unwrap()).unwrap(), FuzzySets::untrained());
-        let all = |sets: &FuzzySets<f64>| sets.rate.into_iter().chain(sets.position).collect::<Vec<_>>();
+        let all = |sets: &FuzzySets<f64>| sets.velocity.into_iter().chain(sets.position).collect::<Vec<_>>();
         for (bell, expected) in all(&grid).iter().zip(all(&untrained)) {
             // The same numbers in another order of operations.
             assert_relative_eq!(bell.centre(), expected.centre(), epsilon = 1e-15);

@@ -158,7 +158,7 @@ fn report(output: &mut impl Write, learned: &Learned) -> std::io::Result<()> {
     };
     writeln!(output, "ended: {why}")?;
     for (name, bells) in
-        [("velocity error (deg/s)", learned.sets.rate), ("position error (deg)", learned.sets.position)]
+        [("velocity error (deg/s)", learned.sets.velocity), ("position error (deg)", learned.sets.position)]
     {
         writeln!(output, "{name}")?;
         for bell in bells {

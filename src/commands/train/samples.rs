@@ -96,7 +96,7 @@ pub fn from_points(traces: &[(PathBuf, Vec<TracePoint>)], law: Law, robot: &Robo
             check_input(file, point, law, &synthesis)?;
             let rest = point.torque_applied - synthesis.feedback_torque(&point.error);
             for joint in (0..2).filter(|joint| !point.limited[*joint]) {
-                let inputs = [point.error.rate[joint].to_degrees(), point.error.position[joint].to_degrees()];
+                let inputs = [point.error.velocity[joint].to_degrees(), point.error.position[joint].to_degrees()];
                 samples.push((inputs, rest[joint]));
             }
         }

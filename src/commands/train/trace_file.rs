@@ -120,7 +120,7 @@ fn point(line: usize, values: [f64; COLUMNS.len()]) -> TracePoint {
     let pair = |first: usize| Vector2::new(values[first], values[first + 1]);
     TracePoint {
         line,
-        error: TrackingError { rate: pair(0) - pair(4), position: pair(2) - pair(6) },
+        error: TrackingError { velocity: pair(0) - pair(4), position: pair(2) - pair(6) },
         control_input: pair(8),
         torque_applied: pair(10),
         limited: [values[12] != 0.0, values[13] != 0.0],
@@ -152,7 +152,7 @@ mod tests {
         let points = parsed(&text).unwrap();
         assert_eq!(points.len(), 1);
         assert_eq!(points[0].line, 2);
-        assert_eq!(points[0].error.rate, Vector2::new(2.0, 2.5));
+        assert_eq!(points[0].error.velocity, Vector2::new(2.0, 2.5));
         assert_eq!(points[0].error.position, Vector2::new(0.5 - 0.1, 0.6 - 0.4));
         assert_eq!(points[0].torque_applied, Vector2::new(0.01, 0.02));
         assert_eq!(points[0].limited, [false, true]);

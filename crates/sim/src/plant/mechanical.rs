@@ -1,8 +1,9 @@
 //! A mechanism, its state and its brakes, moved by the fixed-step integrator.
 
 use super::integrator::{IntegrationStep, MotionState, runge_kutta_step};
-use super::{Brake, Disturbance, Plant};
+use super::{Brake, Plant};
 use core::time::Duration;
+use hinf_control::Disturbance;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 /// The equations of motion M(q) q̈ + h(q, q̇) = f(q, q̇, τ) of a mechanism with `DOF` coordinates, among them three joints.

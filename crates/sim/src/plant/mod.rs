@@ -9,8 +9,9 @@
 //! | [`FreeFloatingPlant`] | spacecraft and two links, from Newton and Euler, without the DEM | x, y, θ, q2, q3 |
 //!
 //! ```
+//! use hinf_control::Disturbance;
 //! use nalgebra::Vector3;
-//! use uarm_sim::{Brake, DemPlant, Disturbance, Plant};
+//! use uarm_sim::{Brake, DemPlant, Plant};
 //! use std::time::Duration;
 //!
 //! let mut plant = DemPlant::new(dem_model::ThreeLinkDem::table_2()).with_disturbance(Disturbance::Paper);
@@ -18,7 +19,6 @@
 //! assert!(plant.rate().y > 0.0 && plant.rate().x < 0.0, "the base turns against the arm");
 //! ```
 
-mod disturbance;
 mod free_floating;
 mod ideal_dem;
 mod integrator;
@@ -26,7 +26,6 @@ mod mechanical;
 mod uarm;
 mod uarm_parameters;
 
-pub use disturbance::Disturbance;
 pub use free_floating::{FreeFloatingManipulator, FreeFloatingPlant};
 pub use ideal_dem::{DemPlant, IdealDem};
 pub use integrator::{IntegrationStep, MotionState, runge_kutta_step};

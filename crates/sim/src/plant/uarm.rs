@@ -87,8 +87,9 @@ impl Mechanism<3> for Uarm {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::{Brake, Disturbance, InitialState, Plant};
+    use crate::plant::{Brake, InitialState, Plant};
     use core::time::Duration;
+    use hinf_control::Disturbance;
     use proptest::prelude::*;
 
     const FREE: [Brake; 3] = [Brake::Released; 3];
