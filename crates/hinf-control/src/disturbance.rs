@@ -1,7 +1,7 @@
 //! What disturbs the joints.
 
 use core::time::Duration;
-use nalgebra::{ComplexField, Vector3};
+use nalgebra::{ComplexField, SVector};
 
 /// A torque that acts at the joints beside the motors': it is part of the plant, not of the controller's torque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,23 +26,23 @@ impl Disturbance {
     /// Angular frequency, rad/s (eq. 48).
     const PAPER_FREQUENCY: f64 = 6.0 * core::f64::consts::PI;
 
-    /// The torque at the three joints, N·m, `offset` seconds (≥ 0) after the plant time `time`.
+    /// The torque at the `N` active joints, N·m, `offset` seconds (≥ 0) after the plant time `time`. Joints that the paper's
+    /// robot has not are left alone.
     ///
     /// Instant and offset come apart so that the onset is met exactly: whole nanoseconds are subtracted as integers.
-    pub fn torque(self, time: Duration, offset: f64) -> Vector3<f64> {
+    pub fn torque<const N: usize>(self, time: Duration, offset: f64) -> SVector<f64, N> {
         match self {
-            Self::None => Vector3::zeros(),
+            Self::None => SVector::zeros(),
             Self::Paper => match time.checked_sub(Self::PAPER_ONSET) {
-                None => Vector3::zeros(),
+                None => SVector::zeros(),
                 Some(since) => Self::paper(since.as_secs_f64() + offset),
             },
         }
     }
 
-    fn paper(s: f64) -> Vector3<f64> {
+    fn paper<const N: usize>(s: f64) -> SVector<f64, N> {
         let shape = ComplexField::exp(-Self::PAPER_DECAY * s) * ComplexField::sin(Self::PAPER_FREQUENCY * s);
-        let [joint_2, joint_3] = Self::PAPER_AMPLITUDE;
-        Vector3::new(0.0, joint_2 * shape, joint_3 * shape)
+        SVector::from_fn(|row, _| Self::PAPER_AMPLITUDE.get(row).map_or(0.0, |amplitude| amplitude * shape))
     }
 
     /// The next instant after `time` at which the torque is not smooth: an integrator must step onto it.
@@ -61,20 +61,20 @@ mod tests {
     #[test]
     fn acts_from_one_second_on_and_peaks_as_in_the_paper() {
         let just_before = Duration::from_nanos(999_999_999);
-        assert_eq!(Disturbance::Paper.torque(just_before, 0.0), Vector3::zeros());
-        assert_eq!(Disturbance::Paper.torque(Duration::from_secs(1), 0.0), Vector3::zeros());
+        assert_eq!(Disturbance::Paper.torque(just_before, 0.0), SVector::<f64, 2>::zeros());
+        assert_eq!(Disturbance::Paper.torque(Duration::from_secs(1), 0.0), SVector::<f64, 2>::zeros());
         // The maximum of e^(−5s) sin(6πs) lies at tan(6πs) = 6π/5.
         let s = (6.0 * core::f64::consts::PI / 5.0).atan() / (6.0 * core::f64::consts::PI);
-        let peak = Disturbance::Paper.torque(Duration::from_secs(1), s);
+        let peak: SVector<f64, 3> = Disturbance::Paper.torque(Duration::from_secs(1), s);
         let expected = (-5.0 * s).exp() * (6.0 * core::f64::consts::PI * s).sin();
-        approx::assert_relative_eq!(peak.y, 0.075 * expected, max_relative = 1e-14);
-        approx::assert_relative_eq!(peak.z, 0.05 * expected, max_relative = 1e-14);
-        assert_eq!(peak.x, 0.0);
+        approx::assert_relative_eq!(peak.x, 0.075 * expected, max_relative = 1e-14);
+        approx::assert_relative_eq!(peak.y, 0.05 * expected, max_relative = 1e-14);
+        assert_eq!(peak.z, 0.0, "the paper's robot has two active joints");
     }
 
     #[test]
     fn instant_and_offset_may_be_split_anywhere() {
-        let whole = Disturbance::Paper.torque(Duration::from_millis(1_250), 0.0);
+        let whole: SVector<f64, 2> = Disturbance::Paper.torque(Duration::from_millis(1_250), 0.0);
         let split = Disturbance::Paper.torque(Duration::from_millis(1_125), 0.125);
         approx::assert_relative_eq!(whole, split, max_relative = 1e-13);
     }

@@ -9,7 +9,7 @@ use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapError, McapResult, WriteOptions, Writer};
 use prost::Message;
 use uarm_loop::uarm_io::drive::network::Emergency;
-use uarm_loop::uarm_io::drive::wire::{Channel, DRIVE_EDS, WIRE_DBC, decode_emergency};
+use uarm_loop::uarm_io::drive::wire::{Channel, DRIVE_EDS, FRAMES_DBC, decode_emergency};
 use uarm_loop::uarm_io::link::FrameDirection;
 use uarm_loop::uarm_io::time::{Duration, Instant};
 
@@ -38,7 +38,7 @@ const FLIGHT_WINDOW: Duration = Duration::from_secs(5);
 
 /// What is attached to each log, beside the robot file.
 const ATTACHMENTS: [(&str, &str, &str); 2] =
-    [("uarm.dbc", "text/plain", WIRE_DBC), ("uarm-drive.eds", "text/plain", DRIVE_EDS)];
+    [("uarm.dbc", "text/plain", FRAMES_DBC), ("uarm-drive.eds", "text/plain", DRIVE_EDS)];
 
 /// Writes the log of a robot with `J` joints.
 pub struct LogWriter<W: Write, const J: usize> {

@@ -2,7 +2,7 @@
 
 use hinf_control::{BaseMeasurement, Measurement};
 use uarm_io::encoder::{Encoder, EncoderConfiguration, EncoderError, EncoderReading};
-use uarm_io::estimator::{self, AnyEstimator, EstimatorState, VelocityEstimator};
+use uarm_io::estimator::{self, AnyEstimator, EstimatorState, RateEstimator};
 use uarm_io::time::Duration;
 
 use crate::dimensions;
@@ -62,7 +62,7 @@ impl<const J: usize> Estimation<J> {
     /// [`EstimationError`] if a count cannot be where a joint has gone.
     pub fn estimate(&mut self, counts: &[i32; J], period: f64) -> Result<Estimate<J>, EstimationError> {
         let elapsed = Duration::try_from_secs_f64(period).unwrap_or(Duration::ZERO);
-        let mut estimate = Estimate { joints: [estimator::Estimate::default(); J], measured: [0.0; J] };
+        let mut estimate = Estimate { joints: [estimator::Estimate::at_rest(0.0); J], measured: [0.0; J] };
         let joints = self.joints.iter_mut().zip(counts).zip(1..);
         let results = estimate.joints.iter_mut().zip(&mut estimate.measured);
         for (((joint, raw), number), (motion, measured)) in joints.zip(results) {
@@ -105,14 +105,13 @@ impl JointEstimation {
 impl<const J: usize> Estimate<J> {
     /// What the laws see: the motion of the base and of the `N` active joints.
     pub fn measurement<const N: usize>(&self) -> Measurement<f64, N> {
-        let base = dimensions::base(&self.joints);
         Measurement {
             position: dimensions::active(&self.position()),
             velocity: dimensions::active(&self.velocity()),
             base: BaseMeasurement {
-                position: base.position,
-                velocity: base.velocity,
-                acceleration: base.acceleration,
+                position: dimensions::base(&self.position()),
+                velocity: dimensions::base(&self.velocity()),
+                acceleration: dimensions::base(&self.joints.each_ref().map(|joint| joint.acceleration)),
             },
         }
     }
@@ -124,6 +123,6 @@ impl<const J: usize> Estimate<J> {
 
     /// Velocities of the joints, rad/s.
     pub fn velocity(&self) -> [f64; J] {
-        self.joints.each_ref().map(|joint| joint.velocity)
+        self.joints.each_ref().map(|joint| joint.rate)
     }
 }

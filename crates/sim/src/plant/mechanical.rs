@@ -124,7 +124,7 @@ impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
 
     /// Joint accelerations, rad/s², now under `torque` (N·m) and the disturbance, with the joints in `brakes` held.
     pub fn acceleration(&self, torque: &Vector3<f64>, brakes: [Brake; 3]) -> Vector3<f64> {
-        let disturbance = self.disturbance.torque(self.time, 0.0);
+        let disturbance = joint_torque(self.disturbance, self.time, 0.0);
         let held = held_coordinates::<M, DOF>(brakes);
         joints::<M, DOF>(&coordinate_acceleration(&self.mechanism, &self.state, torque, &disturbance, &held))
     }
@@ -144,7 +144,7 @@ impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
             let step = (next - self.time).as_secs_f64();
             let start = self.time.as_secs_f64();
             self.state = runge_kutta_step(&self.state, step, |offset, state| {
-                let disturbance = self.disturbance.torque(self.time, offset);
+                let disturbance = joint_torque(self.disturbance, self.time, offset);
                 coordinate_acceleration(&self.mechanism, state, &torque(start + offset), &disturbance, &held)
             });
             self.time = next;
@@ -236,4 +236,10 @@ fn solve_free<const DOF: usize>(
         Some(factors) => factors.solve(&right),
         None => SVector::repeat(f64::NAN),
     }
+}
+
+/// The disturbance at the three joints, N·m: none acts on the base.
+fn joint_torque(disturbance: Disturbance, time: Duration, offset: f64) -> Vector3<f64> {
+    let [joint_2, joint_3] = disturbance.torque(time, offset).into();
+    Vector3::new(0.0, joint_2, joint_3)
 }

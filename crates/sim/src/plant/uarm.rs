@@ -158,8 +158,9 @@ mod tests {
         let energy = |plant: &UarmPlant| plant.kinetic_energy() + tilt_potential(&uarm, &plant.position());
         let power = |plant: &UarmPlant| {
             let (rate, time) = (plant.rate(), plant.time());
-            let joint_torque =
-                torque * uarm.parameters.gain() + Disturbance::Paper.torque(time, 0.0) + uarm.friction(&rate);
+            let [joint_2, joint_3] = Disturbance::Paper.torque(time, 0.0).into();
+            let disturbance = Vector3::new(0.0, joint_2, joint_3);
+            let joint_torque = torque * uarm.parameters.gain() + disturbance + uarm.friction(&rate);
             rate.dot(&joint_torque)
         };
         let start = energy(&plant);

@@ -50,7 +50,7 @@ pub struct Recording<const J: usize, const N: usize> {
     /// What the link's observer records frames into.
     pub frame_recorder: FrameRecorder,
     /// The writer thread.
-    pub writer: Writer,
+    pub writer: Writer<J, N>,
 }
 
 /// Starts a writer for `sinks`, and makes room for a loop of this `period`.
