@@ -4,9 +4,8 @@ use std::time::Duration;
 
 use anyhow::Context;
 use nalgebra::Vector3;
-use uarm_io::encoder::Direction;
 use uarm_io::time::Clock;
-use uarm_sim::drive::{CountingDirection, DriveDescription, DriveParameters, EncoderMounting};
+use uarm_sim::drive::{DriveDescription, DriveParameters, EncoderDescription};
 use uarm_sim::{
     Brake, DemPlant, Disturbance, EmulatedRobot, FreeFloatingPlant, InProcessLink, InitialState, IntegrationStep,
     Pacing, Plant, UarmPlant, UarmPlantParameters,
@@ -147,13 +146,10 @@ fn drive(joint: &Joint) -> anyhow::Result<DriveParameters> {
         rated_torque: joint.torque_scale.rated_torque.millinewton_metres(),
         rated_current: RATED_CURRENT_MILLIAMPERES,
         maximum_torque: u16::try_from(joint.torque_scale.ceiling.per_mille())?,
-        encoder: EncoderMounting {
+        direction: joint.encoder.direction,
+        encoder: EncoderDescription {
             counts_per_revolution: joint.encoder.counts_per_revolution.get(),
             counter_bits: joint.encoder.counter_width.get(),
-            direction: match joint.encoder.direction {
-                Direction::Same => CountingDirection::Up,
-                Direction::Reversed => CountingDirection::Down,
-            },
             zero_offset: joint.encoder.zero,
         },
     })

@@ -17,7 +17,7 @@ type Network = DriveNetwork<InProcessLink<DemPlant, VirtualClock>, 3>;
 fn configuration() -> NetworkConfiguration<3> {
     let drives = drives().map(|drive| DriveConfiguration {
         node: drive.node(),
-        encoder_increments: drive.encoder().mounting().counts_per_revolution,
+        encoder_increments: drive.encoder().description().counts_per_revolution,
         encoder_revolutions: 1,
         rated_torque: RatedTorque::from_millinewton_metres(RATED_TORQUE).unwrap(),
         settings: [Setting::new(Address::new(0x6072, 0), Value::Unsigned16(900))].into_iter().collect(),

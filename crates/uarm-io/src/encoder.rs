@@ -81,22 +81,25 @@ impl CounterWidth {
     }
 }
 
-/// Which way the counter runs against the joint.
+/// Which way a drive is mounted on its joint: the sign between the drive's counts and torques and the joint's.
+///
+/// With the feature `serde` it is the text `"positive"` or `"negative"`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Direction {
-    /// Counts, or torques, grow with the joint's positive direction.
+    /// Counts grow when the joint turns in its positive direction, and a positive torque turns it that way.
     #[default]
-    Same,
-    /// They grow against it.
-    Reversed,
+    Positive,
+    /// Counts fall when the joint turns in its positive direction, and a positive torque turns it the other way.
+    Negative,
 }
 
 impl Direction {
-    /// `value`, negated if reversed.
+    /// `value` with the direction's sign: unchanged for [`Direction::Positive`], negated for [`Direction::Negative`].
     pub fn apply<V: core::ops::Neg<Output = V>>(self, value: V) -> V {
         match self {
-            Self::Same => value,
-            Self::Reversed => -value,
+            Self::Positive => value,
+            Self::Negative => -value,
         }
     }
 }
@@ -131,7 +134,7 @@ pub struct EncoderConfiguration {
     pub counts_per_revolution: CountsPerRevolution,
     /// Bits of the counter.
     pub counter_width: CounterWidth,
-    /// Which way it counts.
+    /// Which way it counts when the joint turns in its positive direction.
     pub direction: Direction,
     /// The counter's value where the joint angle is zero.
     pub zero: i32,
