@@ -3,7 +3,7 @@
 use hinf_control::{BaseMeasurement, Measurement};
 use nalgebra::Vector2;
 use uarm_io::encoder::{Encoder, EncoderConfiguration, EncoderError, EncoderReading};
-use uarm_io::estimator::{self, AnyEstimator, EstimatorState, RateEstimator};
+use uarm_io::estimator::{self, AnyEstimator, EstimatorState};
 use uarm_io::time::Duration;
 
 use super::JOINTS;
@@ -108,8 +108,8 @@ impl Estimate {
         let [base, second, third] = &self.joints;
         Measurement {
             position: Vector2::new(second.position, third.position),
-            rate: Vector2::new(second.rate, third.rate),
-            base: BaseMeasurement { position: base.position, rate: base.rate, acceleration: base.acceleration },
+            rate: Vector2::new(second.velocity, third.velocity),
+            base: BaseMeasurement { position: base.position, rate: base.velocity, acceleration: base.acceleration },
         }
     }
 
@@ -120,6 +120,6 @@ impl Estimate {
 
     /// Rates of joints 1 to 3, rad/s.
     pub fn rate(&self) -> [f64; JOINTS] {
-        self.joints.each_ref().map(|joint| joint.rate)
+        self.joints.each_ref().map(|joint| joint.velocity)
     }
 }

@@ -94,7 +94,7 @@ impl Guard {
         };
         for (index, (joint, limits)) in estimate.joints.iter().zip(&self.joints).enumerate() {
             within(index + 1, Quantity::Position, joint.position, limits.position)?;
-            within(index + 1, Quantity::Rate, joint.rate, [-limits.rate, limits.rate])?;
+            within(index + 1, Quantity::Rate, joint.velocity, [-limits.rate, limits.rate])?;
         }
         let (quantity, allowed) = match elapsed {
             0 => (Quantity::StartError, self.start_tolerance),

@@ -54,7 +54,7 @@ impl EmbeddedPlant {
     /// The same plant, starting at rest with its joints at `position`, rad.
     #[must_use]
     pub fn starting_at(self, position: Vector3<f64>) -> Self {
-        let initial = InitialState { position, rate: Vector3::zeros() };
+        let initial = InitialState { position, velocity: Vector3::zeros() };
         match self {
             Self::Uarm(plant) => Self::Uarm(plant.with_initial_state(initial)),
             Self::Ideal(plant) => Self::Ideal(plant.with_initial_state(initial)),
@@ -96,11 +96,11 @@ impl Plant for EmbeddedPlant {
         }
     }
 
-    fn rate(&self) -> Vector3<f64> {
+    fn velocity(&self) -> Vector3<f64> {
         match self {
-            Self::Uarm(plant) => plant.rate(),
-            Self::Ideal(plant) => plant.rate(),
-            Self::Space(plant) => plant.rate(),
+            Self::Uarm(plant) => plant.velocity(),
+            Self::Ideal(plant) => plant.velocity(),
+            Self::Space(plant) => plant.velocity(),
         }
     }
 

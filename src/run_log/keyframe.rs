@@ -48,9 +48,9 @@ fn joint(state: &JointState) -> keyframe::JointState {
             count,
             age_ns: u64::try_from(age.as_nanos()).unwrap_or(u64::MAX),
         }),
-        estimate: state.estimator.map(|Estimate { position, rate, acceleration }| keyframe::Estimate {
+        estimate: state.estimator.map(|Estimate { position, velocity, acceleration }| keyframe::Estimate {
             position,
-            rate,
+            rate: velocity,
             acceleration,
         }),
     }
@@ -95,7 +95,7 @@ fn joint_state(state: &keyframe::JointState) -> JointState {
         }),
         estimator: state.estimate.as_ref().map(|estimate| Estimate {
             position: estimate.position,
-            rate: estimate.rate,
+            velocity: estimate.rate,
             acceleration: estimate.acceleration,
         }),
     }
@@ -121,7 +121,7 @@ mod tests {
         ) -> JointState {
             JointState {
                 encoder: encoder.map(|(raw, count, age)| EncoderReading { raw, count, age: Duration::from_nanos(age) }),
-                estimator: estimate.map(|[position, rate, acceleration]| Estimate { position, rate, acceleration }),
+                estimator: estimate.map(|[position, velocity, acceleration]| Estimate { position, velocity, acceleration }),
             }
         }
     }

@@ -103,7 +103,7 @@ fn wall_clock_and_lockstep_agree_when_the_master_keeps_time() {
     let bits = |network: &Network| {
         let plant = network.link().robot().plant();
         assert_eq!(plant.time(), PERIOD * 499);
-        (plant.position().map(f64::to_bits), plant.rate().map(f64::to_bits))
+        (plant.position().map(f64::to_bits), plant.velocity().map(f64::to_bits))
     };
     assert_eq!(bits(&lockstep), bits(&wall));
 }

@@ -107,22 +107,26 @@ impl Direction {
 /// How fast a joint can turn, as far as the plausibility of its counts goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JumpLimit {
-    rate: f64,
+    velocity: f64,
     margin: u32,
 }
 
 impl JumpLimit {
-    /// A change of up to `rate` rad/s × elapsed time, plus `margin` counts, is believed.
+    /// A change of up to `velocity` rad/s × elapsed time, plus `margin` counts, is believed.
     ///
     /// # Errors
-    /// [`EncoderError::JumpRate`] unless `rate` is finite and above zero.
-    pub fn new(rate: f64, margin: u32) -> Result<Self, EncoderError> {
-        if rate.is_finite() && rate > 0.0 { Ok(Self { rate, margin }) } else { Err(EncoderError::JumpRate { rate }) }
+    /// [`EncoderError::JumpVelocity`] unless `velocity` is finite and above zero.
+    pub fn new(velocity: f64, margin: u32) -> Result<Self, EncoderError> {
+        if velocity.is_finite() && velocity > 0.0 {
+            Ok(Self { velocity, margin })
+        } else {
+            Err(EncoderError::JumpVelocity { velocity })
+        }
     }
 
     #[allow(clippy::as_conversions)] // float to integer `as` saturates
     fn counts(self, resolution: f64, elapsed: Duration) -> i64 {
-        let turned = libm_floor(self.rate * elapsed.as_secs_f64() / resolution) as i64;
+        let turned = libm_floor(self.velocity * elapsed.as_secs_f64() / resolution) as i64;
         turned.saturating_add(i64::from(self.margin))
     }
 }
@@ -169,10 +173,10 @@ pub enum EncoderError {
         bits: u8,
     },
     /// See [`JumpLimit::new`].
-    #[error("a greatest joint rate of {rate} rad/s, expected a finite one above zero")]
-    JumpRate {
+    #[error("a greatest joint velocity of {velocity} rad/s, expected a finite one above zero")]
+    JumpVelocity {
         /// Found.
-        rate: f64,
+        velocity: f64,
     },
     /// The counter changed by more than the joint can have turned.
     #[error("the counter went by {change} counts in {elapsed:?}, the joint cannot turn more than {limit}")]
