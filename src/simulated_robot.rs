@@ -4,8 +4,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use nalgebra::Vector3;
-use uarm_io::encoder::Direction;
-use uarm_sim::drive::{CountingDirection, DriveDescription, DriveParameters, EncoderMounting};
+use uarm_sim::drive::{DriveDescription, DriveParameters, EncoderDescription};
 use uarm_sim::{
     Brake, DemPlant, Disturbance, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep,
     Pacing, Plant, UarmPlant, UarmPlantParameters,
@@ -84,7 +83,7 @@ impl SimulatedPlant {
     /// The same plant, starting at rest with its joints at `position`, rad.
     #[must_use]
     pub fn starting_at(self, position: Vector3<f64>) -> Self {
-        let initial = InitialState { position, rate: Vector3::zeros() };
+        let initial = InitialState { position, velocity: Vector3::zeros() };
         match self {
             Self::Uarm(plant) => Self::Uarm(plant.with_initial_state(initial)),
             Self::Ideal(plant) => Self::Ideal(plant.with_initial_state(initial)),
@@ -126,11 +125,11 @@ impl Plant for SimulatedPlant {
         }
     }
 
-    fn rate(&self) -> Vector3<f64> {
+    fn velocity(&self) -> Vector3<f64> {
         match self {
-            Self::Uarm(plant) => plant.rate(),
-            Self::Ideal(plant) => plant.rate(),
-            Self::Space(plant) => plant.rate(),
+            Self::Uarm(plant) => plant.velocity(),
+            Self::Ideal(plant) => plant.velocity(),
+            Self::Space(plant) => plant.velocity(),
         }
     }
 
@@ -161,13 +160,10 @@ fn drive(joint: &Joint) -> anyhow::Result<DriveParameters> {
         rated_torque: joint.torque_scale.rated_torque.millinewton_metres(),
         rated_current: RATED_CURRENT_MILLIAMPERES,
         maximum_torque: u16::try_from(joint.torque_scale.ceiling.per_mille())?,
-        encoder: EncoderMounting {
+        direction: joint.encoder.direction,
+        encoder: EncoderDescription {
             counts_per_revolution: joint.encoder.counts_per_revolution.get(),
             counter_bits: joint.encoder.counter_width.get(),
-            direction: match joint.encoder.direction {
-                Direction::Same => CountingDirection::Up,
-                Direction::Reversed => CountingDirection::Down,
-            },
             zero_offset: joint.encoder.zero,
         },
     })

@@ -103,7 +103,7 @@ pub(super) fn estimator(
     check: &Checker<'_>,
 ) -> Result<AnyEstimator<f64>, RobotError> {
     let configuration = match file.estimator {
-        file::Estimator::LowPass { cutoff_rad_per_s } => EstimatorConfiguration::LowPass { corner: cutoff_rad_per_s },
+        file::Estimator::LowPass { cutoff_rad_per_s } => EstimatorConfiguration::LowPass { cutoff: cutoff_rad_per_s },
         file::Estimator::TrackingLoop { bandwidth_rad_per_s } => {
             EstimatorConfiguration::Tracking { bandwidth: bandwidth_rad_per_s }
         }
@@ -114,9 +114,10 @@ pub(super) fn estimator(
             nominal_period: f64::from(file.control.period_us) * 1e-6,
         }),
         file::Estimator::Levant { jerk_bound_rad_per_s3 } => {
-            EstimatorConfiguration::Robust { jerk_bound: jerk_bound_rad_per_s3 }
+            EstimatorConfiguration::Levant { jerk_bound: jerk_bound_rad_per_s3 }
         }
     };
-    AnyEstimator::new(&configuration)
+    configuration
+        .build()
         .map_err(|error| check.refuse("estimator", error, "settings with which the estimator can be built"))
 }

@@ -3,6 +3,7 @@
 #![allow(missing_docs, reason = "robots/uarm.toml documents every field, with its unit")]
 
 use serde::{Deserialize, Serialize};
+use uarm_io::encoder::Direction;
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -130,13 +131,6 @@ pub struct Encoder {
     pub counter_bits: u8,
     pub direction: Direction,
     pub zero_counts: i32,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[serde(rename_all = "kebab-case")]
-pub enum Direction {
-    Positive,
-    Negative,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -1,7 +1,7 @@
 //! Encoders, drives and limits of the joints: checked.
 
 use uarm_io::drive::{Address, NodeId, Value};
-use uarm_io::encoder::{CounterWidth, CountsPerRevolution, Direction, EncoderConfiguration, JumpLimit};
+use uarm_io::encoder::{CounterWidth, CountsPerRevolution, EncoderConfiguration, JumpLimit};
 use uarm_io::torque::{RatedTorque, TorqueCeiling, TorqueScale};
 use uarm_loop::guard::JointLimits;
 use uarm_loop::robot::Joint;
@@ -100,10 +100,7 @@ fn encoder(
     Ok(EncoderConfiguration {
         counts_per_revolution,
         counter_width,
-        direction: match encoder.direction {
-            file::Direction::Positive => Direction::Same,
-            file::Direction::Negative => Direction::Reversed,
-        },
+        direction: encoder.direction,
         zero: encoder.zero_counts,
         jump_limit,
     })

@@ -19,11 +19,12 @@
 //!
 //! ```
 //! use uarm_sim::{
-//!     CountingDirection, DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderMounting, InProcessLink, Pacing,
+//!     DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderDescription, InProcessLink, Pacing,
 //!     VirtualClock,
 //! };
 //! use std::time::Duration;
 //! use uarm_io::drive::wire::sync_frame;
+//! use uarm_io::encoder::Direction;
 //! use uarm_io::link::Link;
 //! use uarm_io::time::Clock;
 //!
@@ -34,10 +35,10 @@
 //!         rated_torque: 200, // mN·m
 //!         rated_current: 1_500, // mA
 //!         maximum_torque: 1_000, // per mille
-//!         encoder: EncoderMounting {
+//!         direction: Direction::Positive,
+//!         encoder: EncoderDescription {
 //!             counts_per_revolution: 33_739,
 //!             counter_bits: 32,
-//!             direction: CountingDirection::Up,
 //!             zero_offset: 0,
 //!         },
 //!     })
@@ -93,7 +94,7 @@ pub mod plant;
 mod robot;
 
 pub use clock::VirtualClock;
-pub use drive::{CountingDirection, DriveDescription, DriveFault, DriveParameters, EmulatedDrive, EncoderMounting};
+pub use drive::{DriveDescription, DriveFault, DriveParameters, EmulatedDrive, EncoderDescription};
 pub use link::{FaultRates, FaultyLink, InProcessError, InProcessLink};
 pub use outbox::{OUTBOX_CAPACITY, Outbox};
 pub use plant::{

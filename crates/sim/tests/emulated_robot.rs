@@ -4,10 +4,11 @@ mod support;
 
 use nalgebra::Vector3;
 use std::time::Duration;
-use support::{Master, PATIENCE, PERIOD, RATED_TORQUE, drives, lockstep, node, robot};
+use support::{Master, PATIENCE, PERIOD, RATED_TORQUE, drives, drives_mounted, lockstep, node, robot};
 use uarm_io::drive::cia402::{Command, PowerState, Statusword};
 use uarm_io::drive::wire::{self, Channel};
 use uarm_io::drive::{DataType, NmtCommand, NmtState, NodeId, Value};
+use uarm_io::encoder::Direction;
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
 use uarm_sim::{
@@ -92,6 +93,32 @@ fn torque_is_per_mille_of_the_rated_torque_and_limited() {
     master.command(2, Command::SwitchOn, -125);
     assert_eq!(master.link.robot().torque().y, 0.0);
     assert_eq!(master.read(2, 0x6071, 0, DataType::Integer16), Ok(Value::Integer16(0)));
+}
+
+/// A drive mounted in the negative direction is mirrored as a whole: counts and torque, but not what it says of itself.
+#[test]
+fn a_mirrored_drive_mirrors_counts_and_torque() {
+    let directions = [Direction::Positive, Direction::Negative, Direction::Positive];
+    let plant = DemPlant::new(dem_model::ThreeLinkDem::table_2());
+    let robot = EmulatedRobot::new(plant, drives_mounted(directions), lockstep()).unwrap();
+    let clock = VirtualClock::new();
+    let mut master = Master::on(InProcessLink::new(robot, clock.clone()), clock);
+    master.received();
+    master.enable();
+    // Both driven joints start at 20°, which are 1874 counts of 33739 in a revolution.
+    let start = master.sync();
+    assert_eq!([start[1].2, start[2].2], [-1_874, 1_874]);
+    // 125 per mille of 200 mN·m.
+    master.command(2, Command::EnableOperation, 125);
+    master.command(3, Command::EnableOperation, 125);
+    let torque = master.link.robot().torque();
+    approx::assert_relative_eq!(torque, Vector3::new(0.0, -0.025, 0.025), max_relative = 1e-15);
+    assert_eq!(master.read(2, 0x6077, 0, DataType::Integer16), Ok(Value::Integer16(125)));
+    for _ in 0..30 {
+        master.cycle([125, 0]);
+    }
+    assert!(master.position().y < 20.0_f64.to_radians(), "joint 2 turns in the negative direction");
+    assert!(master.sync()[1].2 > -1_874, "and its counter rises, as a positive torque makes it do");
 }
 
 #[test]

@@ -17,7 +17,7 @@ type Network = DriveNetwork<InProcessLink<DemPlant, VirtualClock>, 3>;
 fn configuration() -> NetworkConfiguration<3> {
     let drives = drives().map(|drive| DriveConfiguration {
         node: drive.node(),
-        encoder_increments: drive.encoder().mounting().counts_per_revolution,
+        encoder_increments: drive.encoder().description().counts_per_revolution,
         encoder_revolutions: 1,
         rated_torque: RatedTorque::from_millinewton_metres(RATED_TORQUE).unwrap(),
         settings: [Setting::new(Address::new(0x6072, 0), Value::Unsigned16(900))].into_iter().collect(),
@@ -103,7 +103,7 @@ fn wall_clock_and_lockstep_agree_when_the_master_keeps_time() {
     let bits = |network: &Network| {
         let plant = network.link().robot().plant();
         assert_eq!(plant.time(), PERIOD * 499);
-        (plant.position().map(f64::to_bits), plant.rate().map(f64::to_bits))
+        (plant.position().map(f64::to_bits), plant.velocity().map(f64::to_bits))
     };
     assert_eq!(bits(&lockstep), bits(&wall));
 }

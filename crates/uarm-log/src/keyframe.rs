@@ -36,9 +36,9 @@ fn joint(state: &JointState) -> keyframe::JointState {
             count,
             age_ns: u64::try_from(age.as_nanos()).unwrap_or(u64::MAX),
         }),
-        estimate: state.estimator.map(|Estimate { position, rate, acceleration }| keyframe::Estimate {
+        estimate: state.estimator.map(|Estimate { position, velocity, acceleration }| keyframe::Estimate {
             position,
-            velocity: rate,
+            velocity,
             acceleration,
         }),
     }
@@ -84,7 +84,7 @@ fn joint_state(state: &keyframe::JointState) -> JointState {
         }),
         estimator: state.estimate.as_ref().map(|estimate| Estimate {
             position: estimate.position,
-            rate: estimate.velocity,
+            velocity: estimate.velocity,
             acceleration: estimate.acceleration,
         }),
     }
@@ -103,7 +103,7 @@ mod tests {
         ) -> JointState {
             JointState {
                 encoder: encoder.map(|(raw, count, age)| EncoderReading { raw, count, age: Duration::from_nanos(age) }),
-                estimator: estimate.map(|[position, rate, acceleration]| Estimate { position, rate, acceleration }),
+                estimator: estimate.map(|[position, velocity, acceleration]| Estimate { position, velocity, acceleration }),
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use hinf_control::{BaseMeasurement, Measurement};
 use uarm_io::encoder::{Encoder, EncoderConfiguration, EncoderError, EncoderReading};
-use uarm_io::estimator::{self, AnyEstimator, EstimatorState, RateEstimator};
+use uarm_io::estimator::{self, AnyEstimator, EstimatorState};
 use uarm_io::time::Duration;
 
 use crate::dimensions;
@@ -123,6 +123,6 @@ impl<const J: usize> Estimate<J> {
 
     /// Velocities of the joints, rad/s.
     pub fn velocity(&self) -> [f64; J] {
-        self.joints.each_ref().map(|joint| joint.rate)
+        self.joints.each_ref().map(|joint| joint.velocity)
     }
 }

@@ -94,7 +94,7 @@ impl<const J: usize> Guard<J> {
         };
         for (index, (joint, limits)) in estimate.joints.iter().zip(&self.joints).enumerate() {
             within(index + 1, Quantity::Position, joint.position, limits.position)?;
-            within(index + 1, Quantity::Velocity, joint.rate, [-limits.velocity, limits.velocity])?;
+            within(index + 1, Quantity::Velocity, joint.velocity, [-limits.velocity, limits.velocity])?;
         }
         let (quantity, allowed) = match elapsed {
             0 => (Quantity::StartError, self.start_tolerance),

@@ -21,7 +21,7 @@ pub use motion::Jitter;
 use core::fmt;
 use motion::{Motion, Recording};
 use uarm_io::encoder::{CountsPerRevolution, EncoderError};
-use uarm_io::estimator::{AnyEstimator, EstimatorConfiguration, EstimatorError, RateEstimator};
+use uarm_io::estimator::{EstimatorConfiguration, EstimatorError};
 
 /// Corner of the paper's low-pass, rad/s: of the fit that also gave the plant (`tests/vectors/uarm_plant.json`, `wc`);
 /// the paper prints none.
@@ -192,11 +192,11 @@ fn compare(counts: CountsPerRevolution) -> Result<Vec<Row>, StudyError> {
 
 /// The rates that an estimator makes of a recording, both joints.
 fn estimate(configuration: &EstimatorConfiguration, recording: &Recording) -> Result<Vec<[f64; 2]>, EstimatorError> {
-    let mut joints = [AnyEstimator::new(configuration)?; 2];
+    let mut joints = [configuration.build()?; 2];
     let rates = recording.samples.iter().map(|sample| {
         let mut measured = sample.measured.iter();
         joints.each_mut().map(|joint| match measured.next() {
-            Some(angle) => joint.update(*angle, sample.period).rate,
+            Some(angle) => joint.update(*angle, sample.period).velocity,
             None => f64::NAN,
         })
     });

@@ -14,14 +14,14 @@ const PER_OCTAVE: i32 = 4;
 /// The Kalman filter knows the encoder: a quantisation step D has the standard deviation D/√12.
 pub(super) fn configuration(contender: Contender, setting: f64, counts: CountsPerRevolution) -> EstimatorConfiguration {
     match contender {
-        Contender::PaperLowPass | Contender::LowPass => EstimatorConfiguration::LowPass { corner: setting },
+        Contender::PaperLowPass | Contender::LowPass => EstimatorConfiguration::LowPass { cutoff: setting },
         Contender::Tracking => EstimatorConfiguration::Tracking { bandwidth: setting },
         Contender::Kalman => EstimatorConfiguration::Kalman(KalmanSettings {
             jerk_density: setting,
             measurement_deviation: counts.resolution() / 12.0_f64.sqrt(),
             nominal_period: PERIOD,
         }),
-        Contender::Robust => EstimatorConfiguration::Robust { jerk_bound: setting },
+        Contender::Robust => EstimatorConfiguration::Levant { jerk_bound: setting },
     }
 }
 

@@ -22,8 +22,8 @@ pub trait Mechanism<const DOF: usize> {
         disturbance: &Vector3<f64>,
     ) -> SVector<f64, DOF>;
 
-    /// The whole state that belongs to joint angles (rad) and rates (rad/s).
-    fn place(&self, position: &Vector3<f64>, rate: &Vector3<f64>) -> MotionState<DOF>;
+    /// The whole state that belongs to joint angles (rad) and velocities (rad/s).
+    fn place(&self, position: &Vector3<f64>, velocity: &Vector3<f64>) -> MotionState<DOF>;
 }
 
 /// The inertial side of the equations of motion at one state.
@@ -35,20 +35,20 @@ pub struct InertialTerms<const DOF: usize> {
     pub velocity_force: SVector<f64, DOF>,
 }
 
-/// Joint angles and rates at plant time zero.
+/// Joint angles and velocities at plant time zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialState {
     /// Joint angles, rad.
     pub position: Vector3<f64>,
-    /// Joint rates, rad/s.
-    pub rate: Vector3<f64>,
+    /// Joint velocities, rad/s.
+    pub velocity: Vector3<f64>,
 }
 
 impl InitialState {
     /// The paper's start: the base at 0, joints 2 and 3 at 20°, at rest.
     pub fn paper() -> Self {
         let start = 20.0_f64.to_radians();
-        Self { position: Vector3::new(0.0, start, start), rate: Vector3::zeros() }
+        Self { position: Vector3::new(0.0, start, start), velocity: Vector3::zeros() }
     }
 }
 
@@ -80,15 +80,15 @@ type Held<const DOF: usize> = [Brake; DOF];
 impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
     /// The mechanism at plant time zero in the paper's initial state, undisturbed.
     pub fn from_mechanism(mechanism: M) -> Self {
-        let InitialState { position, rate } = InitialState::paper();
-        let state = mechanism.place(&position, &rate);
+        let InitialState { position, velocity } = InitialState::paper();
+        let state = mechanism.place(&position, &velocity);
         Self { mechanism, disturbance: Disturbance::None, step: IntegrationStep::DEFAULT, time: Duration::ZERO, state }
     }
 
     /// The same plant with another start.
     #[must_use]
     pub fn with_initial_state(mut self, initial: InitialState) -> Self {
-        self.state = self.mechanism.place(&initial.position, &initial.rate);
+        self.state = self.mechanism.place(&initial.position, &initial.velocity);
         self
     }
 
@@ -111,15 +111,15 @@ impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
         &self.mechanism
     }
 
-    /// All coordinates and their rates.
+    /// All coordinates and their velocities.
     pub fn motion_state(&self) -> &MotionState<DOF> {
         &self.state
     }
 
     /// Kinetic energy ½ q̇ᵀ M q̇, J.
     pub fn kinetic_energy(&self) -> f64 {
-        let rate = &self.state.rate;
-        0.5 * rate.dot(&(self.mechanism.inertial_terms(&self.state).mass * rate))
+        let velocity = &self.state.velocity;
+        0.5 * velocity.dot(&(self.mechanism.inertial_terms(&self.state).mass * velocity))
     }
 
     /// Joint accelerations, rad/s², now under `torque` (N·m) and the disturbance, with the joints in `brakes` held.
@@ -155,17 +155,17 @@ impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
     fn is_at_rest(&self, held: &Held<DOF>) -> bool {
         let nothing = Vector3::zeros();
         let still = |vector: &SVector<f64, DOF>| vector.iter().all(|entry| *entry == 0.0);
-        still(&self.state.rate)
+        still(&self.state.velocity)
             && still(&coordinate_acceleration(&self.mechanism, &self.state, &nothing, &nothing, held))
     }
 
     fn stop_held_joints(&mut self, held: &Held<DOF>) {
-        let moves = |index: usize| self.state.rate.get(index).is_some_and(|rate| *rate != 0.0);
+        let moves = |index: usize| self.state.velocity.get(index).is_some_and(|velocity| *velocity != 0.0);
         if !held.iter().enumerate().any(|(index, brake)| *brake == Brake::Engaged && moves(index)) {
             return;
         }
         let mass = self.mechanism.inertial_terms(&self.state).mass;
-        self.state.rate = solve_free(mass, mass * self.state.rate, held);
+        self.state.velocity = solve_free(mass, mass * self.state.velocity, held);
     }
 }
 
@@ -178,8 +178,8 @@ impl<M: Mechanism<DOF>, const DOF: usize> Plant for MechanicalPlant<M, DOF> {
         joints::<M, DOF>(&self.state.position)
     }
 
-    fn rate(&self) -> Vector3<f64> {
-        joints::<M, DOF>(&self.state.rate)
+    fn velocity(&self) -> Vector3<f64> {
+        joints::<M, DOF>(&self.state.velocity)
     }
 
     fn advance(&mut self, until: Duration, torque: &Vector3<f64>, brakes: [Brake; 3]) {

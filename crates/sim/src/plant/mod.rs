@@ -16,7 +16,7 @@
 //!
 //! let mut plant = DemPlant::new(dem_model::ThreeLinkDem::table_2()).with_disturbance(Disturbance::Paper);
 //! plant.advance(Duration::from_millis(3), &Vector3::new(0.0, 0.05, 0.0), [Brake::Released; 3]);
-//! assert!(plant.rate().y > 0.0 && plant.rate().x < 0.0, "the base turns against the arm");
+//! assert!(plant.velocity().y > 0.0 && plant.velocity().x < 0.0, "the base turns against the arm");
 //! ```
 
 mod free_floating;
@@ -46,8 +46,8 @@ pub trait Plant {
     /// True joint angles, rad.
     fn position(&self) -> Vector3<f64>;
 
-    /// True joint rates, rad/s.
-    fn rate(&self) -> Vector3<f64>;
+    /// True joint velocities, rad/s.
+    fn velocity(&self) -> Vector3<f64>;
 
     /// Moves on to `until` with `torque` (N·m at the motors) held and the joints in `brakes` held still.
     /// Steps exactly onto `until` and onto every instant at which a disturbance starts.
