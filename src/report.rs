@@ -24,7 +24,7 @@ pub struct RunReport {
     /// What moved: the simulated plant, or the interface.
     pub plant: String,
     /// The control law.
-    pub controller: &'static str,
+    pub controller: String,
     /// How it ended.
     pub end: String,
     /// The first cause of an end that was not asked for.
@@ -69,8 +69,8 @@ pub struct Subject<'a> {
     pub robot: &'a LoopRobot,
     /// The simulated plant, or the interface.
     pub plant: &'a str,
-    /// The control law.
-    pub law: Law,
+    /// The name of the control law; logs may name one that this version does not know.
+    pub controller: &'a str,
     /// The clock of the loop.
     pub clock: ClockKind,
 }
@@ -98,18 +98,18 @@ pub struct BusReport {
 impl RunReport {
     /// The report of a run of which no record was lost.
     pub fn new(subject: Subject<'_>, ending: Ending, outcome: &Outcome, log: Option<PathBuf>) -> Self {
-        let Subject { robot, plant, law, clock } = subject;
+        let Subject { robot, plant, controller, clock } = subject;
         let (bus, timing) = (robot.bus.time, outcome.timing);
         let in_real_time = clock == ClockKind::Monotonic;
         Self {
             robot: robot.name.clone(),
             plant: plant.to_owned(),
-            controller: law.name(),
+            controller: controller.to_owned(),
             end: ending.text,
             fault: ending.fault,
             completed: ending.completed,
             indices: outcome.indices,
-            paper: Indices::published(law),
+            paper: Law::from_name(controller).and_then(Indices::published),
             final_error_deg: outcome.final_error.map(f64::to_degrees),
             peak_torque_nm: outcome.peak_torque,
             base_drift_deg: outcome.base_drift.to_degrees(),

@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use anyhow::Context;
+use hinf_control::Disturbance;
 use nalgebra::Vector3;
 use uarm_sim::drive::{DriveDescription, DriveParameters, EncoderDescription};
 use uarm_sim::{
-    Brake, DemPlant, Disturbance, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep,
+    Brake, DemPlant, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep,
     Pacing, Plant, UarmPlant, UarmPlantParameters,
 };
 

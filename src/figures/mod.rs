@@ -3,7 +3,9 @@
 //! | module | subject |
 //! |---|---|
 //! | [`style`] | how the curves of each signal and law look |
+//! | [`sets`] | the fuzzy sets and how they were learned |
 //! | [`output`] | which files are written |
 
 pub mod output;
+pub mod sets;
 pub mod style;

@@ -17,15 +17,20 @@ pub const RECORDED: Stroke = Stroke::solid(BLACK);
 /// What a replay makes of a record.
 pub const REPLAYED: Stroke = Stroke::solid(VERMILION).dashed(Dash::Dashed);
 
+/// The curves of the laws, in the order of [`Law::ALL`]; from the ninth on they repeat.
+const LAWS: [Stroke; 8] = [
+    Stroke::solid(BLACK),
+    Stroke::solid(ORANGE),
+    Stroke::solid(SKY_BLUE),
+    Stroke::solid(BLUE).dashed(Dash::Dashed),
+    Stroke::solid(PURPLE),
+    Stroke::solid(VERMILION).dashed(Dash::Dashed),
+    Stroke::solid(GREEN).dashed(Dash::DashDot),
+    Stroke::solid(ORANGE).dashed(Dash::Dotted),
+];
+
 /// A law among the others.
-pub const fn of_law(law: Law) -> Stroke {
-    match law {
-        Law::Nonlinear => Stroke::solid(BLACK),
-        Law::Adaptive => Stroke::solid(ORANGE),
-        Law::Neural => Stroke::solid(SKY_BLUE),
-        Law::NeuralModel => Stroke::solid(BLUE).dashed(Dash::Dashed),
-        Law::Fuzzy => Stroke::solid(PURPLE),
-        Law::FuzzyModel => Stroke::solid(VERMILION).dashed(Dash::Dashed),
-        Law::ComputedTorque => Stroke::solid(GREEN).dashed(Dash::DashDot),
-    }
+pub fn of_law(law: Law) -> Stroke {
+    let place = Law::ALL.iter().position(|each| *each == law).unwrap_or_default();
+    LAWS[place % LAWS.len()]
 }

@@ -10,7 +10,7 @@ use uarm_plot::sheet::{Axis, Panel, Sheet};
 use uarm_plot::style::{BLACK, Stroke};
 
 use super::panels::LEGEND;
-use crate::plain_text;
+use super::plain_text;
 
 /// The dots of the first curve, the characters of the others: they differ without colours too.
 const MARKERS: [(Marker, &str); 3] =

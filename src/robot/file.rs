@@ -309,3 +309,16 @@ pub struct Plant {
     pub torque_gain: f64,
     pub tilt_m_per_s2: [f64; 2],
 }
+
+impl From<hinf_control::BaseAcceleration> for BaseAccelerationMode {
+    fn from(mode: hinf_control::BaseAcceleration) -> Self {
+        use hinf_control::BaseAcceleration::*;
+        match mode {
+            Measured => Self::Measured,
+            Eliminated => Self::Eliminated,
+            Omitted => Self::Omitted,
+            Reduced => Self::Reduced,
+            ReducedMomentum => Self::ReducedMomentum,
+        }
+    }
+}

@@ -24,13 +24,15 @@ use std::path::Path;
 
 use dem_model::planar::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
 use dem_model::{DemBase, DemLink, ThreeLinkDem};
-use hinf_control::FuzzySets;
+use hinf_control::{AnyController, FuzzySets, Law};
 use uarm_io::time::Duration;
 use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
+use uarm_log::description::RobotDescription;
 use uarm_loop::period::Period;
+use uarm_loop::settings::AdaptationGuard;
 
-use crate::dimensions::LoopRobot;
+use crate::dimensions::{JOINTS, LoopRobot};
 use error::{Checker, RobotError};
 use file::RobotFile;
 use overrides::Overrides;
@@ -125,6 +127,44 @@ impl Robot {
             plant: plant(&file.plant, &check)?,
             file,
         })
+    }
+}
+
+impl Robot {
+    /// The robot of a log, with what the log says of its fuzzy sets; `name` is what messages call the log.
+    ///
+    /// # Errors
+    /// As [`Robot::load`]; fields that this version does not know are left out.
+    pub fn from_log(name: &Path, logged: &RobotDescription) -> Result<Self, RobotError> {
+        let mut robot = Self::parse(name, &logged.toml, &Overrides::default())?;
+        robot.fuzzy_sets = logged.fuzzy_sets;
+        Ok(robot)
+    }
+
+    /// What a log holds of the robot.
+    ///
+    /// # Errors
+    /// If the robot file cannot be written as TOML; a checked one can.
+    pub fn for_log(&self) -> Result<RobotDescription, toml::ser::Error> {
+        Ok(RobotDescription {
+            name: self.description.name.clone(),
+            toml: toml::to_string(&self.file)?,
+            fuzzy_sets: self.fuzzy_sets,
+        })
+    }
+
+    /// The lengths of the links behind the joints, m, the base's first.
+    pub fn link_lengths(&self) -> [f64; JOINTS] {
+        let [second, third] = self.model.links();
+        [self.model.base().length, second.length, third.length]
+    }
+
+    /// The control law with the robot file's weights and choices, in its initial state.
+    ///
+    /// # Errors
+    /// If they allow no design; a checked robot file has only such that do.
+    pub fn controller(&self, law: Law, guard: AdaptationGuard) -> anyhow::Result<AnyController<f64>> {
+        crate::controllers::build(law, self, guard)
     }
 }
 

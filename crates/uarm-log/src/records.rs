@@ -6,6 +6,9 @@ use mcap::McapError;
 use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
+/// The first bytes of every MCAP file.
+pub const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+
 /// The longest record that is believed, in bytes: a log's chunks and attachments have about one million.
 const LONGEST_RECORD: usize = 64 * 1024 * 1024;
 

@@ -4,21 +4,18 @@ use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::Path;
 
 use anyhow::Context;
-use hinf_control::Law;
 use serde::Serialize;
-use uarm_sim::{Disturbance, UarmPlantParameters};
+use hinf_control::Disturbance;
 
-use super::contestant::{Contestant, Entrant, Origin};
+use super::variant::{ControllerVariant, VariantRobot, Origin};
 use super::start::StartVariation;
 use super::statistics::Summary;
-use super::trial::{self, Trial};
-use super::{FITTED_PLANT_CAVEAT, parallel};
-use crate::commands::run::PlantChoice;
-use crate::experiment::Outcome;
-use crate::experiment::embedded::{self, EmbeddedPlant};
-use crate::experiment::place::plant_name;
-use crate::experiment::report::Indices;
-use crate::robot::Robot;
+use super::experiments::{experiment as run_experiment, in_parallel};
+use super::caveat::caveat;
+use crate::dimensions::Outcome;
+use crate::simulation::SimulatedEnd;
+use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
+use uarm_loop::outcome::Indices;
 use crate::robot::overrides::Overrides;
 
 /// What is compared, and how.
@@ -27,7 +24,7 @@ pub struct ComparisonSettings<'a> {
     /// The robot file; without it the paper's UARM.
     pub robot: Option<&'a Path>,
     /// Who is compared.
-    pub contestants: &'a [Contestant],
+    pub variants: &'a [ControllerVariant],
     /// What the robot is.
     pub plant: PlantChoice,
     /// What disturbs its joints.
@@ -110,18 +107,18 @@ pub struct ExperimentRow {
 /// # Errors
 /// If the robot file is wrong, or an experiment does not come to its end.
 pub fn run(settings: &ComparisonSettings<'_>, done: impl Fn() + Sync) -> anyhow::Result<Comparison> {
-    let entrants = Entrant::load(settings.contestants, settings.robot, &Overrides::default())?;
-    let first = &entrants.first().context("no controller to compare")?.robot;
+    let robots = VariantRobot::load(settings.variants, settings.robot, &Overrides::default())?;
+    let first = &robots.first().context("no controller to compare")?.robot;
     let repetitions = settings.repetitions.get() as usize;
-    let experiment = |job: usize| experiment(settings, &entrants[job / repetitions], (job % repetitions) as u64);
-    let experiments = parallel::map(entrants.len() * repetitions, settings.threads, experiment, done)?;
-    let controllers = (settings.contestants.iter().zip(experiments.chunks(repetitions)))
-        .map(|(contestant, experiments)| ControllerRow::new(contestant, experiments))
+    let experiment = |job: usize| experiment(settings, &robots[job / repetitions], (job % repetitions) as u64);
+    let experiments = in_parallel(robots.len() * repetitions, settings.threads, experiment, done)?;
+    let controllers = (settings.variants.iter().zip(experiments.chunks(repetitions)))
+        .map(|(variant, experiments)| ControllerRow::new(variant, experiments))
         .collect::<Option<_>>()
         .context("no experiments")?;
     Ok(Comparison {
-        robot: first.name.clone(),
-        plant: plant_name(settings.plant),
+        robot: first.description.name.clone(),
+        plant: settings.plant.label(),
         repetitions: settings.repetitions.get(),
         variation: settings.variation,
         seed: settings.seed,
@@ -130,20 +127,15 @@ pub fn run(settings: &ComparisonSettings<'_>, done: impl Fn() + Sync) -> anyhow:
     })
 }
 
-/// What must be said of numbers of this plant: something, if it was fitted to the paper's.
-pub fn caveat(robot: &Robot, plant: PlantChoice) -> Option<&'static str> {
-    (plant == PlantChoice::Uarm && robot.plant == UarmPlantParameters::fitted()).then_some(FITTED_PLANT_CAVEAT)
-}
-
-fn experiment(settings: &ComparisonSettings<'_>, entrant: &Entrant, repetition: u64) -> anyhow::Result<ExperimentRow> {
-    let robot = &entrant.robot;
+fn experiment(settings: &ComparisonSettings<'_>, variant: &VariantRobot, repetition: u64) -> anyhow::Result<ExperimentRow> {
+    let robot = &variant.robot;
     let offset = settings.variation.offset(robot, settings.seed, repetition);
     let plant =
-        EmbeddedPlant::new(robot, settings.plant, settings.disturbance)?.starting_at(embedded::start(robot) + offset);
-    match trial::run(entrant, plant)? {
-        Trial::Completed(outcome) => Ok(ExperimentRow::new(offset.into(), &outcome)),
-        Trial::Failed(error) => {
-            Err(error.context(format!("controller {}, experiment {}", entrant.contestant.name(), repetition + 1)))
+        SimulatedPlant::new(robot, settings.plant, settings.disturbance)?.starting_at(simulated_robot::start(robot) + offset);
+    match run_experiment(variant, plant)? {
+        SimulatedEnd::Completed(outcome) => Ok(ExperimentRow::new(offset.into(), &outcome)),
+        SimulatedEnd::Failed(error) => {
+            Err(error.context(format!("controller {}, experiment {}", variant.variant.name(), repetition + 1)))
         }
     }
 }
@@ -162,14 +154,14 @@ impl ExperimentRow {
 }
 
 impl ControllerRow {
-    fn new(contestant: &Contestant, experiments: &[ExperimentRow]) -> Option<Self> {
+    fn new(variant: &ControllerVariant, experiments: &[ExperimentRow]) -> Option<Self> {
         let summary =
             |value: &dyn Fn(&ExperimentRow) -> f64| Summary::of(&experiments.iter().map(value).collect::<Vec<_>>());
         let (l2, e) = (summary(&|row| row.l2)?, summary(&|row| row.e)?);
-        let paper = table_4(contestant);
+        let paper = table_4(variant);
         Some(Self {
-            controller: contestant.name(),
-            origin: contestant.origin(),
+            controller: variant.name(),
+            origin: variant.origin(),
             l2,
             e,
             paper,
@@ -186,7 +178,6 @@ impl ControllerRow {
 }
 
 /// Table 4, for the paper's six alone: another form of a law is not what the paper measured.
-fn table_4(contestant: &Contestant) -> Option<Indices> {
-    let law: Law = contestant.law();
-    (contestant.origin() == Origin::Paper).then(|| Indices::published(law)).flatten()
+fn table_4(variant: &ControllerVariant) -> Option<Indices> {
+    (variant.origin() == Origin::Paper).then(|| Indices::published(variant.law())).flatten()
 }

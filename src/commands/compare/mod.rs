@@ -1,5 +1,17 @@
 //! `uarm compare`: the controllers side by side, beside the paper's Table 4.
 
+mod caveat;
+pub mod comparison;
+mod csv;
+pub mod experiments;
+pub mod monte_carlo;
+mod random;
+pub mod spread;
+pub mod start;
+mod statistics;
+mod table;
+pub mod variant;
+
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::num::{NonZeroU32, NonZeroUsize};
@@ -10,13 +22,15 @@ use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use super::run::{DisturbanceChoice, PlantChoice};
-use crate::study::comparison::{self, ComparisonSettings};
-use crate::study::contestant::Contestants;
-use crate::study::monte_carlo::{self, MonteCarloSettings};
-use crate::study::spread::Spread;
-use crate::study::start::StartVariation;
-use crate::study::{csv, parallel, table};
+use hinf_control::Disturbance;
+
+use crate::options::choice;
+use crate::simulated_robot::PlantChoice;
+use comparison::ComparisonSettings;
+use monte_carlo::MonteCarloSettings;
+use spread::Spread;
+use start::StartVariation;
+use variant::ControllerVariants;
 
 /// Arguments of `uarm compare`.
 #[derive(Debug, clap::Args)]
@@ -37,16 +51,16 @@ Repetition k of a seed starts at the same angles for every controller. The numbe
 pub struct Arguments {
     /// The controllers: `paper` (its six), `all`, or names with commas between
     #[arg(long, default_value = "paper", value_name = "NAMES")]
-    controllers: Contestants,
+    controllers: ControllerVariants,
     /// The robot file; without it the paper's UARM, which is built in
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
     /// What the robot is
-    #[arg(long, value_enum, default_value_t, value_name = "PLANT")]
+    #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
     plant: PlantChoice,
     /// The disturbance of the plant's joints (paper eq. 48)
-    #[arg(long, value_enum, default_value = "paper", value_name = "KIND")]
-    disturbance: DisturbanceChoice,
+    #[arg(long, value_parser = choice::<Disturbance>(), default_value = "paper", value_name = "KIND")]
+    disturbance: Disturbance,
     /// Experiments with each controller; the paper made five
     #[arg(long, default_value = "5", value_name = "N")]
     repeat: NonZeroU32,
@@ -91,13 +105,13 @@ fn monte_carlo(arguments: &Arguments, draws: NonZeroU32) -> anyhow::Result<ExitC
     );
     let settings = MonteCarloSettings {
         robot: arguments.robot.as_deref(),
-        contestants: arguments.controllers.as_slice(),
-        disturbance: arguments.disturbance.into(),
+        variants: arguments.controllers.as_slice(),
+        disturbance: arguments.disturbance,
         draws,
         spread: arguments.spread,
         variation: arguments.variation,
         seed: arguments.seed,
-        threads: arguments.threads.unwrap_or_else(parallel::all_cores),
+        threads: arguments.threads.unwrap_or_else(experiments::all_cores),
     };
     let bar = progress_bar(u64::from(draws.get()), "robots");
     let study = monte_carlo::run(&settings, || bar.inc(1));
@@ -112,15 +126,15 @@ fn monte_carlo(arguments: &Arguments, draws: NonZeroU32) -> anyhow::Result<ExitC
 fn compare(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let settings = ComparisonSettings {
         robot: arguments.robot.as_deref(),
-        contestants: arguments.controllers.as_slice(),
+        variants: arguments.controllers.as_slice(),
         plant: arguments.plant,
-        disturbance: arguments.disturbance.into(),
+        disturbance: arguments.disturbance,
         repetitions: arguments.repeat,
         variation: arguments.variation,
         seed: arguments.seed,
-        threads: arguments.threads.unwrap_or_else(parallel::all_cores),
+        threads: arguments.threads.unwrap_or_else(experiments::all_cores),
     };
-    let experiments = settings.contestants.len() as u64 * u64::from(settings.repetitions.get());
+    let experiments = settings.variants.len() as u64 * u64::from(settings.repetitions.get());
     let bar = progress_bar(experiments, "experiments");
     let comparison = comparison::run(&settings, || bar.inc(1));
     bar.finish_and_clear();

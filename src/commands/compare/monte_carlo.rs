@@ -6,19 +6,19 @@ use std::time::Duration;
 
 use anyhow::Context;
 use serde::Serialize;
-use uarm_sim::{Disturbance, IntegrationStep, UarmPlantParameters};
+use hinf_control::Disturbance;
+use uarm_sim::{IntegrationStep, UarmPlantParameters};
 
-use super::comparison::caveat;
-use super::contestant::{Contestant, Entrant, Origin};
-use super::parallel;
+use super::caveat::caveat;
+use super::variant::{ControllerVariant, VariantRobot, Origin};
 use super::random::{Stream, Subject};
 use super::spread::Spread;
 use super::start::StartVariation;
 use super::statistics::Quantiles;
-use super::trial::{self, Trial};
-use crate::commands::run::PlantChoice;
-use crate::experiment::embedded::{self, EmbeddedPlant};
-use crate::experiment::report::Indices;
+use super::experiments::{experiment as run_experiment, in_parallel};
+use crate::simulation::SimulatedEnd;
+use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
+use uarm_loop::outcome::Indices;
 use crate::robot::overrides::Overrides;
 
 /// How finely the plants are integrated. The error stays far below a count of the encoders: as a rule the loop sees the same
@@ -31,7 +31,7 @@ pub struct MonteCarloSettings<'a> {
     /// The robot file; without it the paper's UARM.
     pub robot: Option<&'a Path>,
     /// Who is compared.
-    pub contestants: &'a [Contestant],
+    pub variants: &'a [ControllerVariant],
     /// What disturbs the joints.
     pub disturbance: Disturbance,
     /// How many plants.
@@ -105,49 +105,49 @@ pub struct Draw {
 /// # Errors
 /// If the robot file is wrong, or an experiment cannot be begun. One that the robot's limits end is counted.
 pub fn run(settings: &MonteCarloSettings<'_>, done: impl Fn() + Sync) -> anyhow::Result<MonteCarlo> {
-    let entrants = load(settings)?;
-    let first = &entrants.first().context("no controller to compare")?.robot;
-    let work = |index: usize| draw(settings, &entrants, index as u64);
-    let experiments = parallel::map(settings.draws.get() as usize, settings.threads, work, done)?;
-    let row = |(number, contestant): (usize, &Contestant)| MonteCarloRow::new(number, contestant, &experiments);
+    let robots = load(settings)?;
+    let first = &robots.first().context("no controller to compare")?.robot;
+    let work = |index: usize| draw(settings, &robots, index as u64);
+    let experiments = in_parallel(settings.draws.get() as usize, settings.threads, work, done)?;
+    let row = |(number, variant): (usize, &ControllerVariant)| MonteCarloRow::new(number, variant, &experiments);
     Ok(MonteCarlo {
-        robot: first.name.clone(),
+        robot: first.description.name.clone(),
         draws: settings.draws.get(),
         spread: settings.spread.share(),
         variation: settings.variation,
         seed: settings.seed,
         integration_step_us: INTEGRATION_STEP.duration().as_micros(),
         caveat: caveat(first, PlantChoice::Uarm),
-        controllers: settings.contestants.iter().enumerate().map(row).collect(),
+        controllers: settings.variants.iter().enumerate().map(row).collect(),
         experiments,
     })
 }
 
-/// The contestants with the robot file's robot. It does not hold the end of the motion: L2 and E are over by then.
+/// The variants with the robot file's robot. It does not hold the end of the motion: L2 and E are over by then.
 ///
 /// # Errors
 /// If the robot file is wrong.
-pub fn load(settings: &MonteCarloSettings<'_>) -> anyhow::Result<Vec<Entrant>> {
+pub fn load(settings: &MonteCarloSettings<'_>) -> anyhow::Result<Vec<VariantRobot>> {
     let overrides = Overrides { hold: Some(Duration::ZERO), ..Overrides::default() };
-    Ok(Entrant::load(settings.contestants, settings.robot, &overrides)?)
+    Ok(VariantRobot::load(settings.variants, settings.robot, &overrides)?)
 }
 
 /// Draws plant number `index` and runs each controller on it, from the same start.
 ///
 /// # Errors
 /// If an experiment cannot be begun.
-pub fn draw(settings: &MonteCarloSettings<'_>, entrants: &[Entrant], index: u64) -> anyhow::Result<Draw> {
-    let robot = &entrants.first().context("no controller to compare")?.robot;
+pub fn draw(settings: &MonteCarloSettings<'_>, robots: &[VariantRobot], index: u64) -> anyhow::Result<Draw> {
+    let robot = &robots.first().context("no controller to compare")?.robot;
     let plant = settings.spread.draw(&robot.plant, &mut Stream::new(settings.seed, Subject::Plant, index))?;
     let offset = settings.variation.offset(robot, settings.seed, index);
-    let mut indices = Vec::with_capacity(entrants.len());
-    for entrant in entrants {
-        let plant = EmbeddedPlant::uarm(&entrant.robot, plant, settings.disturbance)?
-            .starting_at(embedded::start(&entrant.robot) + offset)
+    let mut indices = Vec::with_capacity(robots.len());
+    for variant in robots {
+        let plant = SimulatedPlant::uarm(&variant.robot, plant, settings.disturbance)?
+            .starting_at(simulated_robot::start(&variant.robot) + offset)
             .with_integration_step(INTEGRATION_STEP);
-        indices.push(match trial::run(entrant, plant)? {
-            Trial::Completed(outcome) => Some(outcome.indices),
-            Trial::Failed(_) => None,
+        indices.push(match run_experiment(variant, plant)? {
+            SimulatedEnd::Completed(outcome) => Some(outcome.indices),
+            SimulatedEnd::Failed(_) => None,
         });
     }
     Ok(Draw { plant, start_offset: offset.into(), indices })
@@ -166,14 +166,14 @@ impl Draw {
 
 impl MonteCarloRow {
     /// The row of controller `number` of each draw.
-    fn new(number: usize, contestant: &Contestant, draws: &[Draw]) -> Self {
+    fn new(number: usize, variant: &ControllerVariant, draws: &[Draw]) -> Self {
         let completed: Vec<Indices> =
             draws.iter().filter_map(|draw| draw.indices.get(number).copied().flatten()).collect();
         let quantiles = |index: fn(&Indices) -> f64| Quantiles::of(&completed.iter().map(index).collect::<Vec<_>>());
         let count = |holds: &dyn Fn(&Draw) -> bool| draws.iter().map(|draw| u32::from(holds(draw))).sum();
         Self {
-            controller: contestant.name(),
-            origin: contestant.origin(),
+            controller: variant.name(),
+            origin: variant.origin(),
             l2: quantiles(|indices| indices.l2),
             e: quantiles(|indices| indices.e),
             best_l2: count(&|draw| draw.l2(number).is_finite() && draw.l2(number) == draw.extreme(f64::min)),
@@ -200,7 +200,7 @@ mod tests {
             draw([Some(1.0), None, None]),
             draw([None, None, None]),
         ];
-        let row = |number| MonteCarloRow::new(number, &Contestant::PAPER[number], &draws);
+        let row = |number| MonteCarloRow::new(number, &ControllerVariant::PAPER[number], &draws);
         let counts = |number| (row(number).best_l2, row(number).worst_l2, row(number).failed);
         assert_eq!(counts(0), (2, 1, 1));
         assert_eq!(counts(1), (1, 2, 2));

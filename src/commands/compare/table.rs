@@ -3,11 +3,11 @@
 use std::io::{self, Write};
 
 use super::comparison::{Comparison, ControllerRow};
-use super::contestant::Origin;
+use super::variant::Origin;
 use super::monte_carlo::{MonteCarlo, MonteCarloRow};
 use super::start::StartVariation;
 use super::statistics::{Quantiles, Summary};
-use crate::experiment::report::Indices;
+use uarm_loop::outcome::Indices;
 
 /// Width of the controllers' names.
 const NAME: usize = 26;

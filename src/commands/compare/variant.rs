@@ -3,15 +3,14 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use hinf_control::Law;
+use hinf_control::{BaseAcceleration, Law};
 use serde::Serialize;
 
 use crate::robot::Robot;
 use crate::robot::error::RobotError;
-use crate::robot::file::BaseAccelerationMode;
 use crate::robot::overrides::Overrides;
 
-/// Where a contestant comes from.
+/// Where a controller variant comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Origin {
@@ -39,55 +38,47 @@ impl Origin {
 
 /// A law in one of its forms: one row of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Contestant {
+pub struct ControllerVariant {
     name: &'static str,
     law: Law,
     /// The form, where it is not the robot file's.
-    form: Option<BaseAccelerationMode>,
+    form: Option<BaseAcceleration>,
     origin: Origin,
 }
 
-const fn paper(law: Law) -> Contestant {
-    Contestant { name: law.name(), law, form: None, origin: Origin::Paper }
+const fn form(name: &'static str, law: Law, mode: BaseAcceleration, origin: Origin) -> ControllerVariant {
+    ControllerVariant { name, law, form: Some(mode), origin }
 }
 
-const fn variant(name: &'static str, law: Law, form: BaseAccelerationMode, origin: Origin) -> Contestant {
-    Contestant { name, law, form: Some(form), origin }
-}
-
-impl Contestant {
+impl ControllerVariant {
     /// The paper's six.
-    pub const PAPER: [Self; 6] = [
-        paper(Law::Nonlinear),
-        paper(Law::Adaptive),
-        paper(Law::Neural),
-        paper(Law::NeuralModel),
-        paper(Law::Fuzzy),
-        paper(Law::FuzzyModel),
-    ];
+    pub fn paper() -> impl Iterator<Item = Self> {
+        Law::PAPER.into_iter().map(|law| Self { name: law.name(), law, form: None, origin: Origin::Paper })
+    }
 
-    /// Those that are no rows of Table 4.
-    pub const BEYOND_THE_PAPER: [Self; 7] = {
-        use BaseAccelerationMode::{Measured, Omitted, Reduced, ReducedMomentum};
+    /// Forms of the paper's laws that are not rows of Table 4.
+    const FORMS: [Self; 6] = {
+        use BaseAcceleration::{Measured, Omitted, Reduced, ReducedMomentum};
         [
-            variant("nonlinear-measured", Law::Nonlinear, Measured, Origin::Reading),
-            variant("nonlinear-omitted", Law::Nonlinear, Omitted, Origin::Reading),
-            variant("nonlinear-reduced", Law::Nonlinear, Reduced, Origin::Extension),
-            variant("nonlinear-reduced-momentum", Law::Nonlinear, ReducedMomentum, Origin::Extension),
-            variant("neural-model-reduced", Law::NeuralModel, Reduced, Origin::Extension),
-            variant("fuzzy-model-reduced", Law::FuzzyModel, Reduced, Origin::Extension),
-            Self { name: Law::ComputedTorque.name(), law: Law::ComputedTorque, form: None, origin: Origin::Baseline },
+            form("nonlinear-measured", Law::Nonlinear, Measured, Origin::Reading),
+            form("nonlinear-omitted", Law::Nonlinear, Omitted, Origin::Reading),
+            form("nonlinear-reduced", Law::Nonlinear, Reduced, Origin::Extension),
+            form("nonlinear-reduced-momentum", Law::Nonlinear, ReducedMomentum, Origin::Extension),
+            form("neural-model-reduced", Law::NeuralModel, Reduced, Origin::Extension),
+            form("fuzzy-model-reduced", Law::FuzzyModel, Reduced, Origin::Extension),
         ]
     };
 
-    /// All contestants, the paper's six first.
+    /// All variants: the paper's six, their other forms, and every law that is not in the paper.
     pub fn all() -> impl Iterator<Item = Self> {
-        Self::PAPER.into_iter().chain(Self::BEYOND_THE_PAPER)
+        let others = Law::ALL.into_iter().filter(|law| !Law::PAPER.contains(law));
+        let others = others.map(|law| Self { name: law.name(), law, form: None, origin: Origin::Baseline });
+        Self::paper().chain(Self::FORMS).chain(others)
     }
 
-    /// The contestant of that name.
+    /// The variant of that name.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::all().find(|contestant| contestant.name == name)
+        Self::all().find(|variant| variant.name == name)
     }
 
     /// The name on command lines and in tables.
@@ -100,12 +91,12 @@ impl Contestant {
         self.law
     }
 
-    /// Where the contestant comes from.
+    /// Where the variant comes from.
     pub const fn origin(&self) -> Origin {
         self.origin
     }
 
-    /// The robot of `file` (without one, the paper's), its laws in this contestant's form. `overrides` may change the
+    /// The robot of `file` (without one, the paper's), its laws in this variant's form. `overrides` may change the
     /// rest; a form in them is replaced.
     ///
     /// # Errors
@@ -116,87 +107,88 @@ impl Contestant {
     }
 }
 
-/// A contestant with the robot that it controls.
+/// A variant with the robot that it controls.
 #[derive(Clone, Debug)]
-pub struct Entrant {
+pub struct VariantRobot {
     /// Who.
-    pub contestant: Contestant,
-    /// The robot, its laws in the contestant's form.
+    pub variant: ControllerVariant,
+    /// The robot, its laws in the variant's form.
     pub robot: Robot,
 }
 
-impl Entrant {
-    /// Contestants with the robot of `file` (without one, the paper's). `overrides` may change it, but for the laws' form.
+impl VariantRobot {
+    /// ControllerVariants with the robot of `file` (without one, the paper's). `overrides` may change it, but for the laws' form.
     ///
     /// # Errors
     /// As [`Robot::load`].
     pub fn load(
-        contestants: &[Contestant],
+        variants: &[ControllerVariant],
         file: Option<&Path>,
         overrides: &Overrides,
     ) -> Result<Vec<Self>, RobotError> {
         let load =
-            |contestant: &Contestant| Ok(Self { contestant: *contestant, robot: contestant.robot(file, overrides)? });
-        contestants.iter().map(load).collect()
+            |variant: &ControllerVariant| Ok(Self { variant: *variant, robot: variant.robot(file, overrides)? });
+        variants.iter().map(load).collect()
     }
 }
 
-/// Contestants as a command line names them: `paper`, `all`, or names with commas between.
+/// ControllerVariants as a command line names them: `paper`, `all`, or names with commas between.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Contestants(Vec<Contestant>);
+pub struct ControllerVariants(Vec<ControllerVariant>);
 
-impl Contestants {
-    /// The contestants, each once, in the order asked for.
-    pub fn as_slice(&self) -> &[Contestant] {
+impl ControllerVariants {
+    /// The variants, each once, in the order asked for.
+    pub fn as_slice(&self) -> &[ControllerVariant] {
         &self.0
     }
 }
 
-impl FromStr for Contestants {
+impl FromStr for ControllerVariants {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         match text {
-            "all" => return Ok(Self(Contestant::all().collect())),
-            "paper" => return Ok(Self(Contestant::PAPER.to_vec())),
+            "all" => return Ok(Self(ControllerVariant::all().collect())),
+            "paper" => return Ok(Self(ControllerVariant::paper().collect())),
             _ => {}
         }
-        let mut contestants = Vec::new();
+        let mut variants = Vec::new();
         for name in text.split(',') {
-            let contestant = Contestant::from_name(name).ok_or_else(|| {
-                let names: Vec<_> = Contestant::all().map(|contestant| contestant.name).collect();
+            let variant = ControllerVariant::from_name(name).ok_or_else(|| {
+                let names: Vec<_> = ControllerVariant::all().map(|variant| variant.name).collect();
                 format!("found {name:?}, expected paper, all, or some of {}", names.join(","))
             })?;
-            if contestants.contains(&contestant) {
+            if variants.contains(&variant) {
                 return Err(format!("{name} is named twice, expected each controller once"));
             }
-            contestants.push(contestant);
+            variants.push(variant);
         }
-        Ok(Self(contestants))
+        Ok(Self(variants))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use uarm_loop::settings::AdaptationGuard;
 
     #[test]
-    fn each_contestant_has_a_name_of_its_own_and_can_be_built() {
-        for contestant in Contestant::all() {
-            assert_eq!(Contestant::from_name(contestant.name()), Some(contestant));
-            let robot = contestant.robot(None, &Overrides::default()).unwrap();
-            crate::controllers::build(contestant.law(), &robot, crate::controllers::AdaptationGuard::None).unwrap();
+    fn each_variant_has_a_name_of_its_own_and_can_be_built() {
+        for variant in ControllerVariant::all() {
+            assert_eq!(ControllerVariant::from_name(variant.name()), Some(variant));
+            let robot = variant.robot(None, &Overrides::default()).unwrap();
+            robot.controller(variant.law(), AdaptationGuard::None).unwrap();
         }
     }
 
     #[test]
     fn lists_are_read_in_order_and_wrong_ones_refused() {
-        let list: Contestants = "fuzzy,nonlinear-reduced".parse().unwrap();
-        let names: Vec<_> = list.as_slice().iter().map(Contestant::name).collect();
+        let list: ControllerVariants = "fuzzy,nonlinear-reduced".parse().unwrap();
+        let names: Vec<_> = list.as_slice().iter().map(ControllerVariant::name).collect();
         assert_eq!(names, ["fuzzy", "nonlinear-reduced"]);
-        assert_eq!("all".parse::<Contestants>().unwrap().as_slice().len(), 13);
-        assert!("fuzzy,fuzzy".parse::<Contestants>().unwrap_err().contains("twice"));
-        assert!("".parse::<Contestants>().unwrap_err().contains("expected"));
-        assert!("pid".parse::<Contestants>().unwrap_err().contains("nonlinear"));
+        assert_eq!("all".parse::<ControllerVariants>().unwrap().as_slice().len(), 13);
+        assert!("fuzzy,fuzzy".parse::<ControllerVariants>().unwrap_err().contains("twice"));
+        assert!("".parse::<ControllerVariants>().unwrap_err().contains("expected"));
+        assert!("pid".parse::<ControllerVariants>().unwrap_err().contains("nonlinear"));
     }
 }

@@ -13,14 +13,14 @@ use uarm_io::probe::{CanWish, Machine, WakeupReport, measure_wakeups};
 use uarm_io::realtime::{Priority, Processor, RealtimePolicy, RealtimeSettings};
 use uarm_io::socketcan_link::InterfaceName;
 
-use super::{Outcome, exit_code};
+use crate::exit::Exit;
 
 /// Arguments of `uarm doctor`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Exit code 1 if anything is bad. docs/realtime.md sets up a robot PC step by step.
 Examples:
-  uarm doctor                    what `uarm run` needs on the embedded robot
+  uarm doctor                    what `uarm run` needs on a simulated robot
   uarm doctor --can can0         what real drives need
   uarm doctor --seconds 600 --cpu 3 --rt enforce    the worst case, under the load that the robot PC will have")]
 pub struct Arguments {
@@ -66,10 +66,10 @@ impl Examination {
         Self { verdict, realtime, can, wakeups }
     }
 
-    fn outcome(&self) -> Outcome {
+    fn exit(&self) -> Exit {
         match self.verdict {
-            Verdict::Good | Verdict::Warning => Outcome::Ok,
-            Verdict::Bad => Outcome::Failure,
+            Verdict::Good | Verdict::Warning => Exit::Ok,
+            Verdict::Bad => Exit::Failure,
         }
     }
 }
@@ -95,7 +95,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     } else {
         output.write_all(text::examination(&examination).as_bytes())?;
     }
-    Ok(exit_code(examination.outcome()))
+    Ok(examination.exit().into())
 }
 
 #[cfg(test)]
@@ -130,9 +130,9 @@ mod tests {
     fn the_worst_finding_decides() {
         use Verdict::{Bad, Good, Warning};
         for (verdicts, expected, outcome) in [
-            ([Good, Good], Good, Outcome::Ok),
-            ([Good, Warning], Warning, Outcome::Ok),
-            ([Bad, Warning], Bad, Outcome::Failure),
+            ([Good, Good], Good, Exit::Ok),
+            ([Good, Warning], Warning, Exit::Ok),
+            ([Bad, Warning], Bad, Exit::Failure),
         ] {
             let examination = examination(verdicts, &RealtimeSettings::default());
             assert_eq!((examination.verdict, examination.outcome()), (expected, outcome));

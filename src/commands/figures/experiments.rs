@@ -1,22 +1,18 @@
 //! The runs whose motion is shown: `uarm run --virtual-time`, kept in memory.
 
-use anyhow::Context;
-use hinf_control::Law;
-use uarm_sim::{Disturbance, VirtualClock};
+use hinf_control::{Disturbance, Law};
+use uarm_loop::outcome::Indices;
+use uarm_loop::settings::Settings;
 
-use crate::commands::run::PlantChoice;
-use crate::control_loop::LoopEnd;
-use crate::control_loop::progress::Progress;
-use crate::control_loop::record::CycleRecord;
-use crate::experiment::report::Indices;
-use crate::experiment::{Settings, embedded, run};
+use crate::dimensions::CycleRecord;
 use crate::robot::Robot;
-use crate::signals::StopRequest;
+use crate::simulated_robot::{PlantChoice, SimulatedPlant};
+use crate::simulation::simulate;
 
 /// One law's run of the paper's experiment.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// The law.
+    /// The control law.
     pub law: Law,
     /// Every cycle.
     pub records: Vec<CycleRecord>,
@@ -28,16 +24,10 @@ pub struct Experiment {
 ///
 /// # Errors
 /// If the run does not end as it should.
-pub fn simulate(robot: &Robot, plant: PlantChoice, law: Law) -> anyhow::Result<Experiment> {
-    let settings = Settings::paper(law);
-    let mut clock = VirtualClock::default();
-    let link = embedded::link(robot, plant, Disturbance::Paper, clock.clone())?;
-    let (progress, stop) = (Progress::default(), StopRequest::default());
-    let (finished, records) = run(robot, &settings, link, &mut clock, Vec::new(), &progress, &stop)?;
-    match finished.end.with_context(|| format!("the run of {}", law.name()))? {
-        LoopEnd::Completed => Ok(Experiment { law, records, indices: finished.outcome.indices }),
-        LoopEnd::Interrupted => anyhow::bail!("the run of {} was interrupted", law.name()),
-    }
+pub fn simulate_paper(robot: &Robot, plant: PlantChoice, law: Law) -> anyhow::Result<Experiment> {
+    let plant = SimulatedPlant::new(robot, plant, Disturbance::Paper)?;
+    let (end, records) = simulate(robot, &Settings::paper(law), plant, Vec::new())?;
+    Ok(Experiment { law, records, indices: end.completed(law.name())?.indices })
 }
 
 impl Experiment {

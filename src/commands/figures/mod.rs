@@ -1,5 +1,9 @@
 //! `uarm figures`: the paper's figures from simulated experiments.
 
+pub mod experiments;
+pub mod overview;
+pub mod paper;
+
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -8,12 +12,13 @@ use anyhow::Context;
 use hinf_control::{FuzzySets, Law};
 use uarm_plot::sheet::{Panel, Sheet};
 
-use super::run::PlantChoice;
-use crate::figures::experiments::{Experiment, simulate};
 use crate::figures::output::{Format, write};
-use crate::figures::{overview, paper, sets};
+use crate::figures::sets;
+use crate::options::choice;
 use crate::robot::Robot;
 use crate::robot::fuzzy_sets::TrainedSets;
+use crate::simulated_robot::PlantChoice;
+use experiments::{Experiment, simulate_paper};
 
 /// Arguments of `uarm figures`.
 #[derive(Debug, clap::Args)]
@@ -36,8 +41,8 @@ pub struct Arguments {
     /// The robot file; without it the paper's UARM
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
-    /// What the embedded robot is
-    #[arg(long, value_enum, default_value_t, value_name = "PLANT")]
+    /// What the simulated robot is
+    #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
     plant: PlantChoice,
     /// Let the fuzzy laws run with the sets in this file, as uarm train writes it; without it with the untrained grid
     #[arg(long, value_name = "FILE.toml")]
@@ -67,7 +72,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
 /// If a run fails.
 pub fn sheets(robot: &Robot, plant: PlantChoice) -> anyhow::Result<Vec<Sheet>> {
     let experiments: Vec<Experiment> =
-        Law::PAPER.into_iter().map(|law| simulate(robot, plant, law)).collect::<anyhow::Result<_>>()?;
+        Law::PAPER.into_iter().map(|law| simulate_paper(robot, plant, law)).collect::<anyhow::Result<_>>()?;
     let mut sheets = Vec::new();
     for experiment in &experiments {
         let Some(figures) = paper::figures_of(experiment.law) else { continue };
@@ -88,7 +93,7 @@ pub fn sheets(robot: &Robot, plant: PlantChoice) -> anyhow::Result<Vec<Sheet>> {
 fn fuzzy_sets(robot: &Robot) -> anyhow::Result<Sheet> {
     let trained = match robot.fuzzy_sets {
         Some(sets) => sets,
-        None => TrainedSets::embedded()?.sets,
+        None => TrainedSets::built_in()?.sets,
     };
     let note = "Trained on the simulated UARM (uarm train); the paper's own trained sets are lost";
     Ok(sets::fuzzy_sets("fig12-fuzzy-sets", &FuzzySets::untrained(), &trained, note))
@@ -100,13 +105,13 @@ fn note(robot: &Robot, plant: PlantChoice, experiment: &Experiment) -> String {
 }
 
 fn overview_note(robot: &Robot, plant: PlantChoice) -> String {
-    format!("Simulation: {}, a cycle every {:?}", plant_note(robot, plant), robot.period.duration())
+    format!("Simulation: {}, a cycle every {:?}", plant_note(robot, plant), robot.description.period.duration())
 }
 
 fn plant_note(robot: &Robot, plant: PlantChoice) -> String {
     match plant {
-        PlantChoice::Uarm => format!("{} with imperfections fitted to the paper's Table 4", robot.name),
-        PlantChoice::Ideal => format!("{} as the controllers believe it to be", robot.name),
+        PlantChoice::Uarm => format!("{} with imperfections fitted to the paper's Table 4", robot.description.name),
+        PlantChoice::Ideal => format!("{} as the controllers believe it to be", robot.description.name),
         PlantChoice::Space => "the free-floating space manipulator".to_owned(),
     }
 }

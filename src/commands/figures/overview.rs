@@ -6,9 +6,9 @@ use uarm_plot::style::GREY;
 
 use super::experiments::Experiment;
 use super::paper::time_axis;
-use super::style::of_law;
-use crate::control_loop::record::CycleRecord;
-use crate::experiment::report::Indices;
+use crate::figures::style::of_law;
+use crate::dimensions::CycleRecord;
+use uarm_loop::outcome::Indices;
 
 /// Width and height, points.
 const SIZE: [u32; 2] = [1280, 780];

@@ -6,7 +6,7 @@ use hinf_control::Law;
 use uarm_plot::sheet::{Axis, Panel, Sheet, legend};
 
 use super::experiments::Experiment;
-use super::style::{BASE, JOINT_2, JOINT_3, REFERENCE};
+use crate::figures::style::{BASE, JOINT_2, JOINT_3, REFERENCE};
 
 /// Width and height of a figure with two panels, of one with one, points.
 const TWO_PANELS: [u32; 2] = [1000, 430];
@@ -14,7 +14,7 @@ const ONE_PANEL: [u32; 2] = [620, 430];
 
 /// Axes that the paper's figures have in common, in the units shown.
 const POSITION_RANGE: Range<f64> = -65.0..80.0;
-const RATE_RANGE: Range<f64> = -35.0..40.0;
+const VELOCITY_RANGE: Range<f64> = -35.0..40.0;
 const TORQUE_RANGE: Range<f64> = -0.1..0.15;
 
 /// What the paper shows of one controller.
@@ -84,8 +84,8 @@ pub const fn figures_of(law: Law) -> Option<PaperFigures> {
 /// Positions and velocities, side by side.
 pub fn motion(experiment: &Experiment, figures: &PaperFigures, note: &str) -> Sheet {
     let [time_end, _] = figures.time_end;
-    let [position, rate] =
-        [("Joint position (\u{b0})", POSITION_RANGE, 20.0), ("Joint velocity (\u{b0}/s)", RATE_RANGE, 10.0)].map(
+    let [position, velocity] =
+        [("Joint position (\u{b0})", POSITION_RANGE, 20.0), ("Joint velocity (\u{b0}/s)", VELOCITY_RANGE, 10.0)].map(
             |(label, range, spacing)| {
                 let axis = Axis::new(label, range, spacing, 0);
                 if figures.tick_at_start { axis.with_tick_at_start() } else { axis }
@@ -97,12 +97,12 @@ pub fn motion(experiment: &Experiment, figures: &PaperFigures, note: &str) -> Sh
         .with(JOINT_3, experiment.curve(|record| record.position[2].to_degrees()))
         .with(REFERENCE, experiment.curve(|record| record.reference_position[0].to_degrees()))
         .with(REFERENCE, experiment.curve(|record| record.reference_position[1].to_degrees()));
-    let rates = Panel::new("", time_axis(time_end), rate)
-        .with(BASE, experiment.curve(|record| record.rate[0].to_degrees()))
-        .with(JOINT_2, experiment.curve(|record| record.rate[1].to_degrees()))
-        .with(JOINT_3, experiment.curve(|record| record.rate[2].to_degrees()))
-        .with(REFERENCE, experiment.curve(|record| record.reference_rate[0].to_degrees()))
-        .with(REFERENCE, experiment.curve(|record| record.reference_rate[1].to_degrees()));
+    let velocities = Panel::new("", time_axis(time_end), velocity)
+        .with(BASE, experiment.curve(|record| record.velocity[0].to_degrees()))
+        .with(JOINT_2, experiment.curve(|record| record.velocity[1].to_degrees()))
+        .with(JOINT_3, experiment.curve(|record| record.velocity[2].to_degrees()))
+        .with(REFERENCE, experiment.curve(|record| record.reference_velocity[0].to_degrees()))
+        .with(REFERENCE, experiment.curve(|record| record.reference_velocity[1].to_degrees()));
     Sheet {
         name: format!("fig{:02}-{}-motion", figures.motion, experiment.law.name()),
         title: format!(
@@ -113,7 +113,7 @@ pub fn motion(experiment: &Experiment, figures: &PaperFigures, note: &str) -> Sh
         size: TWO_PANELS,
         columns: 2,
         legend: legend(&[("Base", BASE), ("Joint 2", JOINT_2), ("Joint 3", JOINT_3), ("Reference", REFERENCE)]),
-        panels: vec![positions, rates],
+        panels: vec![positions, velocities],
     }
 }
 

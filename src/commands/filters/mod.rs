@@ -1,18 +1,25 @@
 //! `uarm filters`: the rate estimators compared on the paper's motion.
 
+mod motion;
+mod study;
+mod tuning;
+mod variant;
+
 use std::io::{self, Write};
 use std::process::ExitCode;
 
 use serde::Serialize;
 
-use crate::filter_study::{Contender, FilterStudy, Jitter, PERIOD, Row};
+use motion::{Jitter, PERIOD};
+use study::{FilterStudy, Row};
+use variant::EstimatorVariant;
 
 /// Arguments of `uarm filters`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 The motion is the paper's quintic, quantised by encoders of 2 000 to 65 536 counts per revolution, at 3 ms. Each estimator
 has one setting, tuned for each encoder to the least RMS error with the paper's disturbance on the motion; the paper's own
-filter enters as it is. The delay is the lag at which the estimate fits the true rate best.")]
+filter enters as it is. The delay is the lag at which the estimate fits the true velocity best.")]
 pub struct Arguments {
     /// Print JSON
     #[arg(long)]
@@ -66,9 +73,9 @@ const fn jitter_share(jitter: Jitter) -> f64 {
 
 fn json(study: &FilterStudy) -> JsonStudy {
     let row = |row: &Row| JsonRow {
-        estimator: row.contender.to_string(),
+        estimator: row.variant.to_string(),
         setting: row.setting,
-        setting_name: row.contender.setting_name(),
+        setting_name: row.variant.setting_name(),
         counts_per_revolution: row.counts_per_revolution,
         period_jitter: jitter_share(row.jitter),
         rms_error_deg_per_s: row.rms_error.to_degrees(),
@@ -108,7 +115,7 @@ fn print(output: &mut impl Write, study: &FilterStudy) -> io::Result<()> {
 fn print_row(output: &mut impl Write, row: &Row) -> io::Result<()> {
     let one_count = 360.0 / (f64::from(row.counts_per_revolution) * PERIOD);
     // The encoder stands only beside its first estimator: a table is easier to read in groups.
-    let encoder = if row.contender == Contender::PaperLowPass {
+    let encoder = if row.variant == EstimatorVariant::PaperLowPass {
         (row.counts_per_revolution.to_string(), format!("{one_count:.1} deg/s"))
     } else {
         (String::new(), String::new())
@@ -117,13 +124,13 @@ fn print_row(output: &mut impl Write, row: &Row) -> io::Result<()> {
         output,
         "{:>10}  {:<17} {:>11}  {:>8.3}  {:>8.2}  {:>9.3}  {:>9.3}  {:.4} {}",
         encoder.0,
-        row.contender,
+        row.variant,
         encoder.1,
         row.rms_error.to_degrees(),
         row.delay * 1e3,
         row.rms_at_delay.to_degrees(),
         row.rms_error_disturbed.to_degrees(),
         row.setting,
-        row.contender.setting_name()
+        row.variant.setting_name()
     )
 }

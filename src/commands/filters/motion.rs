@@ -1,11 +1,13 @@
 //! The motions that are estimated, as an encoder sees them.
 
-use super::PERIOD;
 use core::f64::consts::PI;
 use dem_model::ThreeLinkDem;
 use hinf_control::{QuinticReference, Reference};
 use nalgebra::{Vector2, Vector3};
 use uarm_io::encoder::CountsPerRevolution;
+
+/// The sampling period of the paper's robot, s.
+pub const PERIOD: f64 = 0.003;
 
 /// How the period varies around [`PERIOD`]; the estimators are told the true one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -18,7 +20,7 @@ pub enum Jitter {
 
 /// A motion of the two active joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Motion {
+pub enum Motion {
     /// The paper's quintic.
     Task,
     /// The quintic, and on top of it what the paper's disturbance does to the arm where no controller holds it: the
@@ -34,19 +36,19 @@ const TORQUES: Vector2<f64> = Vector2::new(0.075, 0.05);
 
 /// One sampling instant.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
-    pub(super) time: f64,
+pub struct Sample {
+    pub time: f64,
     /// Since the sample before, s.
-    pub(super) period: f64,
+    pub period: f64,
     /// What the encoders say, rad.
-    pub(super) measured: [f64; 2],
+    pub measured: [f64; 2],
 }
 
 /// A motion through an encoder.
 #[derive(Clone, Debug)]
-pub(super) struct Recording {
+pub struct Recording {
     truth: Truth,
-    pub(super) samples: Vec<Sample>,
+    pub samples: Vec<Sample>,
 }
 
 /// The motion itself, at any time.
@@ -94,7 +96,7 @@ impl Truth {
 
 impl Recording {
     /// `motion` through an encoder, sampled until its end.
-    pub(super) fn new(motion: Motion, counts: CountsPerRevolution, jitter: Jitter) -> Self {
+    pub fn new(motion: Motion, counts: CountsPerRevolution, jitter: Jitter) -> Self {
         let truth = Truth::new(motion);
         let mut random = Sequence::default();
         let mut samples = Vec::new();
@@ -113,14 +115,14 @@ impl Recording {
     }
 
     /// RMS of estimated minus true rate, both joints, the truth taken `delay` s earlier, rad/s.
-    pub(super) fn rms_error(&self, rates: &[[f64; 2]], delay: f64) -> f64 {
+    pub fn rms_error(&self, rates: &[[f64; 2]], delay: f64) -> f64 {
         let squares: f64 = self.residuals(rates, delay).map(|(residual, _)| residual.norm_squared()).sum();
         (squares / (2 * self.samples.len()) as f64).sqrt()
     }
 
     /// The lag d that makes Σ ‖estimate(t) − rate(t − d)‖² least, s, by Gauss–Newton: the residual's derivative to d is
     /// the acceleration.
-    pub(super) fn least_squares_delay(&self, rates: &[[f64; 2]]) -> f64 {
+    pub fn least_squares_delay(&self, rates: &[[f64; 2]]) -> f64 {
         /// The motion is smooth over the delays that occur; four steps leave nothing visible.
         const STEPS: u32 = 8;
         (0..STEPS).fold(0.0, |delay, _| {

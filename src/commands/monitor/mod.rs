@@ -1,16 +1,21 @@
 //! `uarm monitor`: a live view of a running controller, from the log that it writes anyway.
 
+pub mod snapshot;
+pub mod source;
+pub mod state;
+mod terminal;
+pub mod view;
+
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
 
-use super::{Outcome, exit_code};
-use crate::monitor::snapshot::Snapshot;
-use crate::monitor::source::{self, Source};
-use crate::monitor::{terminal, view};
-use crate::signals::StopRequest;
+use crate::exit::Exit;
+use crate::signals;
+use snapshot::Snapshot;
+use source::Source;
 
 /// Arguments of `uarm monitor`.
 #[derive(Debug, clap::Args)]
@@ -43,9 +48,9 @@ pub struct Arguments {
 /// # Errors
 /// If there is no log, or it cannot be read.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
-    let stop = StopRequest::on_signals().context("signal handlers")?;
+    let stop = signals::stop_request().context("signal handlers")?;
     let Some(path) = source::find(arguments.file.as_deref(), arguments.wait, &stop)? else {
-        return Ok(exit_code(Outcome::Ok));
+        return Ok(Exit::Ok.into());
     };
     let mut source = Source::open(&path)?;
     let mut output = io::stdout();
@@ -59,5 +64,6 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     } else {
         terminal::show(&mut source, &stop)?;
     }
-    Ok(exit_code(if source.state.damage.is_empty() { Outcome::Ok } else { Outcome::Loss }))
+    let exit = if source.state.damage.is_empty() { Exit::Ok } else { Exit::Loss };
+    Ok(exit.into())
 }

@@ -5,12 +5,11 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::state::{Life, State};
-use crate::control_loop::record::CycleRecord;
-use crate::control_loop::timing::{CycleInstants, TimingSummary};
-use crate::experiment::report::ClockKind;
-use crate::run_log::cycle::state_in_words;
-use crate::run_log::description::RunDescription;
-use crate::run_log::proto;
+use crate::dimensions::CycleRecord;
+use uarm_loop::timing::{CycleInstants, TimingSummary};
+use uarm_log::description::ClockKind;
+use uarm_log::cycle::state_in_words;
+use uarm_log::proto;
 
 /// What is known now.
 #[derive(Clone, Debug, Serialize)]
@@ -40,10 +39,10 @@ pub struct Snapshot<'a> {
 pub struct Subject<'a> {
     /// The robot's name.
     pub robot: &'a str,
-    /// The interface, or the embedded plant.
+    /// The interface, or the simulated plant.
     pub place: &'a str,
-    /// The law.
-    pub controller: &'static str,
+    /// The name of the control law.
+    pub controller: &'a str,
     /// The loop's clock.
     pub clock: ClockKind,
 }
@@ -68,19 +67,19 @@ pub struct JointRow<'a> {
     pub name: &'a str,
     /// Estimated angle.
     pub angle_deg: f64,
-    /// Estimated rate.
-    pub rate_deg_per_s: f64,
+    /// Estimated velocity.
+    pub velocity_deg_per_s: f64,
     /// What is wanted of it; nothing of the base.
-    pub driven: Option<Driven>,
+    pub active: Option<ActiveJoint>,
     /// Target torque as sent, per mille of the rated torque.
     pub torque_sent_per_mille: i16,
     /// State of its drive.
     pub drive: String,
 }
 
-/// A driven joint in one cycle.
+/// An active joint in one cycle.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Driven {
+pub struct ActiveJoint {
     /// Desired angle.
     pub reference_deg: f64,
     /// Estimated less desired angle.
@@ -96,10 +95,10 @@ pub struct Driven {
 /// Latencies of one cycle, us.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Latencies {
-    /// Of the wake-up.
+    /// From the scheduled start to the wake-up.
     pub wake_up_us: f64,
     /// From SYNC to the last count.
-    pub answer_us: f64,
+    pub feedback_latency_us: f64,
     /// From the scheduled start to the last torque on the link.
     pub total_us: f64,
 }
@@ -114,12 +113,12 @@ impl<'a> Snapshot<'a> {
             run: run.map(|run| Subject {
                 robot: &run.robot.name,
                 place: &run.place,
-                controller: run.settings.law.name(),
+                controller: &run.controller,
                 clock: run.clock(),
             }),
             life,
             told,
-            cycle: run.zip(state.last()).map(|(run, record)| Cycle::of(run, record)),
+            cycle: run.and(state.last()).map(|record| Cycle::of(&state.joint_names, record)),
             limited_cycles: state.limited_cycles,
             timing: state.timing(),
             health: state.health.as_deref(),
@@ -143,12 +142,12 @@ fn words(life: &Life) -> (&'static str, String) {
 }
 
 impl<'a> Cycle<'a> {
-    fn of(run: &'a RunDescription, record: &CycleRecord) -> Self {
-        let joints = run.robot.joints.iter().enumerate();
+    fn of(names: &'a [String], record: &CycleRecord) -> Self {
+        let joints = names.iter().enumerate();
         Self {
             tick: record.tick,
             time_s: record.time,
-            joints: joints.map(|(joint, description)| JointRow::of(&description.name, record, joint)).collect(),
+            joints: joints.map(|(joint, name)| JointRow::of(name, record, joint)).collect(),
             latencies: Latencies::of(&record.instants),
         }
     }
@@ -158,18 +157,18 @@ impl<'a> JointRow<'a> {
     fn of(name: &'a str, record: &CycleRecord, joint: usize) -> Self {
         let error = record.tracking_error().position;
         // The base, joint 1, has neither a reference nor a torque.
-        let driven = joint.checked_sub(1).map(|driven| Driven {
-            reference_deg: record.reference_position[driven].to_degrees(),
-            error_deg: error[driven].to_degrees(),
-            torque_requested_nm: record.torque_requested[driven],
-            torque_applied_nm: record.torque_applied[driven],
-            limited: record.flags.limited[driven],
+        let active = joint.checked_sub(1).map(|active| ActiveJoint {
+            reference_deg: record.reference_position[active].to_degrees(),
+            error_deg: error[active].to_degrees(),
+            torque_requested_nm: record.torque_requested[active],
+            torque_applied_nm: record.torque_applied[active],
+            limited: record.flags.limited[active],
         });
         Self {
             name,
             angle_deg: record.position[joint].to_degrees(),
-            rate_deg_per_s: record.rate[joint].to_degrees(),
-            driven,
+            velocity_deg_per_s: record.velocity[joint].to_degrees(),
+            active,
             torque_sent_per_mille: record.torque_sent[joint],
             drive: state_in_words(record.statuswords[joint]),
         }
@@ -178,8 +177,8 @@ impl<'a> JointRow<'a> {
 
 impl Latencies {
     fn of(instants: &CycleInstants) -> Self {
-        let [wake_up_us, answer_us, total_us] =
-            [instants.wake_up(), instants.answer(), instants.total()].map(|latency| latency.as_secs_f64() * 1e6);
-        Self { wake_up_us, answer_us, total_us }
+        let [wake_up_us, feedback_latency_us, total_us] =
+            [instants.wake_up(), instants.feedback_latency(), instants.total()].map(|latency| latency.as_secs_f64() * 1e6);
+        Self { wake_up_us, feedback_latency_us, total_us }
     }
 }

@@ -7,9 +7,10 @@ use std::time::{Duration, SystemTime};
 use anyhow::{Context, ensure};
 
 use super::state::State;
-use crate::run_log::follow::{Follower, Growth};
-use crate::run_log::place;
-use crate::signals::StopRequest;
+use uarm_log::follow::{Follower, Growth};
+use crate::dimensions::{ACTIVE, JOINTS};
+use crate::log_files::newest;
+use uarm_loop::stop_request::StopRequest;
 
 /// How often a log that is not there yet is looked for.
 const LOOK_INTERVAL: Duration = Duration::from_millis(100);
@@ -19,7 +20,7 @@ pub struct Source {
     /// What it has told.
     pub state: State,
     path: PathBuf,
-    follower: Follower,
+    follower: Follower<JOINTS, ACTIVE>,
 }
 
 /// The log that is meant: `file`, or the newest; with `wait` it may still be to come, and without a file is then one that
@@ -29,13 +30,13 @@ pub struct Source {
 /// If there is none, and none is waited for.
 pub fn find(file: Option<&Path>, wait: bool, stop: &StopRequest) -> anyhow::Result<Option<PathBuf>> {
     if !wait {
-        return file.map_or_else(place::newest, |file| Ok(file.to_owned())).map(Some);
+        return file.map_or_else(newest, |file| Ok(file.to_owned())).map(Some);
     }
-    let before = place::newest().ok();
+    let before = newest().ok();
     while !stop.is_made() {
         let found = match file {
             Some(file) => Some(file.to_owned()).filter(|file| file.exists()),
-            None => place::newest().ok().filter(|newest| Some(newest) != before.as_ref()),
+            None => newest().ok().filter(|newest| Some(newest) != before.as_ref()),
         };
         if found.is_some() {
             return Ok(found);

@@ -3,13 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::control_loop::record::CycleRecord;
-use crate::control_loop::timing::{TimingRecorder, TimingSummary};
-use crate::run_log::decoder::{Item, LoggedNote};
-use crate::run_log::description::{Fields, RunDescription};
-use crate::run_log::follow::Growth;
-use crate::run_log::proto;
-use crate::run_log::reader::is_gap;
+use crate::dimensions::CycleRecord;
+use uarm_loop::timing::{TimingRecorder, TimingSummary};
+use crate::dimensions::{Item, JOINTS};
+use crate::robot::Robot;
+use uarm_log::decoder::LoggedNote;
+use uarm_log::description::{Fields, RunDescription};
+use uarm_log::follow::Growth;
+use uarm_log::proto;
+use uarm_log::reader::is_gap;
 
 /// How much of the past is plotted.
 pub const HISTORY: Duration = Duration::from_secs(10);
@@ -31,6 +33,8 @@ pub struct State {
     pub silent_for: Duration,
     /// What is run.
     pub run: Option<RunDescription>,
+    /// The names of the joints.
+    pub joint_names: [String; JOINTS],
     /// When the first cycle was due, on the file's axis.
     pub begin: Option<u64>,
     /// Cycles in which the limiter cut a torque.
@@ -74,6 +78,7 @@ impl State {
             growth: Growth::Open,
             silent_for: Duration::ZERO,
             run: None,
+            joint_names: Default::default(),
             begin: None,
             limited_cycles: 0,
             health: None,
@@ -90,7 +95,8 @@ impl State {
     pub fn take(&mut self, item: Item) {
         match item {
             Item::Run(run) => {
-                self.timing = Some(TimingRecorder::new(run.robot.period.duration()));
+                self.timing = Some(TimingRecorder::new(run.period.duration()));
+                self.joint_names = joint_names(&self.file, &run);
                 self.run = Some(*run);
             }
             Item::Cycle(record) => self.cycle(&record),
@@ -164,10 +170,17 @@ fn keep<V>(kept: &mut Vec<V>, value: V, most: usize) {
     kept.push(value);
 }
 
+/// The names of the joints, as far as the robot in the log can be read.
+fn joint_names(file: &Path, run: &RunDescription) -> [String; JOINTS] {
+    match Robot::from_log(file, &run.robot) {
+        Ok(robot) => robot.description.joints.map(|joint| joint.name),
+        Err(_) => std::array::from_fn(|index| format!("joint {}", index + 1)),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control_loop::record::tests::record;
 
     #[test]
     fn a_long_run_needs_no_more_room_than_its_history() {

@@ -8,7 +8,7 @@ use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, Ke
 
 use super::source::Source;
 use super::view::View;
-use crate::signals::StopRequest;
+use uarm_loop::stop_request::StopRequest;
 
 /// How long the view waits for a key before it looks at the log again: the log grows four times a second.
 const LOOK_INTERVAL: Duration = Duration::from_millis(100);

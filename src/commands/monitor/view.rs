@@ -8,12 +8,12 @@ use ratatui::widgets::{Block, Paragraph, Row, Table, Widget};
 
 use super::snapshot::{JointRow, Snapshot};
 use super::state::{Life, State};
-use crate::experiment::report::{ClockKind, latency_table};
+use crate::report::latency_table;
+use uarm_log::description::ClockKind;
 use crate::inspection::chart::PanelChart;
-use crate::inspection::{health, panels};
-use crate::plain_text;
-use crate::recording::Severity;
-use crate::run_log::time_axis::seconds_between;
+use crate::inspection::{health, panels, plain_text};
+use uarm_loop::recording::Severity;
+use uarm_log::time_axis::seconds_between;
 
 /// Lines of a view as plain text: room for all parts.
 const PLAIN_LINES: u16 = 52;
@@ -160,7 +160,7 @@ impl<'a> Content<'a> {
         let columns = [
             ("joint", Constraint::Length(10)),
             ("angle (\u{b0})", Constraint::Length(9)),
-            ("rate (\u{b0}/s)", Constraint::Length(10)),
+            ("vel. (\u{b0}/s)", Constraint::Length(10)),
             ("  desired", Constraint::Length(9)),
             ("   error", Constraint::Length(8)),
             ("asked N\u{b7}m", Constraint::Length(9)),
@@ -208,17 +208,17 @@ fn paragraph<'a>(title: &'a str, lines: &'a [String]) -> Paragraph<'a> {
 fn joint_row(row: &JointRow<'_>) -> Row<'static> {
     let [mut desired, mut error, mut asked, mut applied] = [const { String::new() }; 4];
     let mut limited = false;
-    if let Some(driven) = &row.driven {
-        desired = format!("{:>9.3}", driven.reference_deg);
-        error = format!("{:>+8.3}", driven.error_deg);
-        asked = format!("{:>+9.5}", driven.torque_requested_nm);
-        applied = format!("{:>+9.5}{}", driven.torque_applied_nm, if driven.limited { " !" } else { "" });
-        limited = driven.limited;
+    if let Some(active) = &row.active {
+        desired = format!("{:>9.3}", active.reference_deg);
+        error = format!("{:>+8.3}", active.error_deg);
+        asked = format!("{:>+9.5}", active.torque_requested_nm);
+        applied = format!("{:>+9.5}{}", active.torque_applied_nm, if active.limited { " !" } else { "" });
+        limited = active.limited;
     }
     let cells = [
         row.name.to_owned(),
         format!("{:>8.3}", row.angle_deg),
-        format!("{:>+8.3}", row.rate_deg_per_s),
+        format!("{:>+8.3}", row.velocity_deg_per_s),
         desired,
         error,
         asked,
@@ -247,7 +247,7 @@ fn timing_lines(snapshot: &Snapshot<'_>) -> Vec<String> {
         let last = cycle.latencies;
         lines.push(format!(
             "last cycle: wake-up {:.1}, SYNC to counts {:.1}, total {:.1}",
-            last.wake_up_us, last.answer_us, last.total_us
+            last.wake_up_us, last.feedback_latency_us, last.total_us
         ));
     }
     lines

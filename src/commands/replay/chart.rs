@@ -2,7 +2,8 @@
 
 use uarm_plot::sheet::{Axis, Panel, Sheet, Symbol};
 
-use super::what_if::WhatIf;
+use uarm_log::replay::what_if::WhatIf;
+use crate::dimensions::ACTIVE;
 use crate::figures::style::{RECORDED, REPLAYED};
 
 /// Width and height, points.
@@ -11,7 +12,7 @@ const SIZE: [u32; 2] = [1000, 640];
 const TICKS: usize = 6;
 
 /// The recorded torques and the other's, joint by joint.
-pub fn chart(what_if: &WhatIf, recorded: &str, other: &str, note: &str) -> Sheet {
+pub fn chart(what_if: &WhatIf<ACTIVE>, recorded: &str, other: &str, note: &str) -> Sheet {
     Sheet {
         name: "replay".into(),
         title: format!("What {other} would have asked for where {recorded} was in control"),
@@ -26,7 +27,7 @@ pub fn chart(what_if: &WhatIf, recorded: &str, other: &str, note: &str) -> Sheet
     }
 }
 
-fn panel(what_if: &WhatIf, joint: usize) -> Panel {
+fn panel(what_if: &WhatIf<ACTIVE>, joint: usize) -> Panel {
     let pairs = || what_if.pairs.iter();
     let times = pairs().map(|pair| pair.time);
     let torques = pairs().flat_map(|pair| [pair.recorded[joint], pair.other[joint]]);

@@ -1,5 +1,7 @@
 //! `uarm replay`: a recorded run again, bit for bit; or another law on its measurements.
 
+mod chart;
+
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -7,30 +9,30 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
-use hinf_control::Law;
+use hinf_control::{BaseAcceleration, Disturbance, Law};
 use serde::Serialize;
-use uarm_sim::Disturbance;
+use uarm_log::candump;
+use uarm_log::records::MAGIC;
+use uarm_log::replay::bus_cycles::bus_cycles;
+use uarm_log::replay::exact::{ExactReplay, Start};
+use uarm_log::replay::what_if::TorqueSummary;
+use uarm_loop::recording::FrameRecord;
+use uarm_loop::schedule::OverrunPolicy;
+use uarm_loop::settings::{AdaptationGuard, Settings};
+use uarm_loop::task_clock::PeriodSource;
+use uarm_loop::torque::DisturbanceSite;
 use uarm_plot::output::FigureFile;
 
-use super::run::{DisturbanceChoice, parse_law};
-use super::{Outcome, exit_code};
-use crate::control_loop::schedule::OverrunPolicy;
-use crate::control_loop::task_clock::PeriodSource;
-use crate::control_loop::torque::DisturbanceSite;
-use crate::controllers::AdaptationGuard;
-use crate::experiment::Settings;
-use crate::recording::FrameRecord;
-use crate::replay::Source;
-use crate::replay::bus_cycles::bus_cycles;
-use crate::replay::chart::chart;
-use crate::replay::exact::{ExactReplay, Start};
-use crate::replay::what_if::WhatIf;
+use crate::dimensions::{ACTIVE, JOINTS, RunLog};
+use crate::exit::Exit;
+use crate::log_files::newest;
+use crate::options::choice;
 use crate::robot::Robot;
-use crate::robot::file::BaseAccelerationMode;
 use crate::robot::overrides::Overrides;
-use crate::run_log::candump;
-use crate::run_log::place::newest;
-use crate::run_log::reader::RunLog;
+use chart::chart;
+
+type Source<'a> = uarm_log::replay::source::Source<'a, JOINTS, ACTIVE>;
+type WhatIf = uarm_log::replay::what_if::WhatIf<ACTIVE>;
 
 /// Arguments of `uarm replay`.
 #[derive(Debug, clap::Args)]
@@ -51,29 +53,29 @@ pub struct Arguments {
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     from: Option<f64>,
     /// Another controller on the same measurements; with a candump file: the one that ran
-    #[arg(long, value_parser = parse_law, value_name = "LAW")]
+    #[arg(long, value_parser = choice::<Law>(), value_name = "LAW")]
     controller: Option<Law>,
     /// Another robot file; with a candump file: the one that the run had
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
     /// Another way for controllers 1 and 2 to have the base acceleration
-    #[arg(long, value_enum, value_name = "MODE")]
-    base_acceleration: Option<BaseAccelerationMode>,
+    #[arg(long, value_parser = choice::<BaseAcceleration>(), value_name = "MODE")]
+    base_acceleration: Option<BaseAcceleration>,
     /// Other fuzzy sets
     #[arg(long, value_name = "FILE.toml")]
     fuzzy_sets: Option<PathBuf>,
     /// Another guard of the adapted parameters; with a candump file: the one that the run had, by default "bounded"
-    #[arg(long, value_enum, value_name = "GUARD")]
+    #[arg(long, value_parser = choice::<AdaptationGuard>(), value_name = "GUARD")]
     adaptation: Option<AdaptationGuard>,
     /// With a candump file: where the period came from
-    #[arg(long, value_enum, value_name = "SOURCE")]
+    #[arg(long, value_parser = choice::<PeriodSource>(), value_name = "SOURCE")]
     dt: Option<PeriodSource>,
     /// With a candump file: the loop's period, instead of the robot file's
     #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
     period: Option<Duration>,
     /// With a candump file: the disturbance on the sent torque
-    #[arg(long, value_enum, value_name = "KIND")]
-    disturbance: Option<DisturbanceChoice>,
+    #[arg(long, value_parser = choice::<Disturbance>(), value_name = "KIND")]
+    disturbance: Option<Disturbance>,
     /// Draw the recorded torques and the other controller's to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -104,12 +106,34 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     exact: Option<&'a ExactReplay>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    what_if: Option<&'a WhatIf>,
+    what_if: Option<WhatIfReport>,
     damage: &'a [String],
 }
 
-/// The first bytes of every MCAP file.
-const MCAP_MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+/// The torques of a what-if as JSON, N·m.
+#[derive(Serialize)]
+struct WhatIfReport {
+    cycles: usize,
+    rms_difference_nm: [f64; ACTIVE],
+    largest_difference_nm: [f64; ACTIVE],
+    rms_recorded_nm: [f64; ACTIVE],
+    rms_other_nm: [f64; ACTIVE],
+    lost_cycles: u64,
+}
+
+impl WhatIfReport {
+    fn new(what_if: &WhatIf) -> Self {
+        let TorqueSummary { rms_difference, largest_difference, rms_recorded, rms_other } = what_if.summary;
+        Self {
+            cycles: what_if.pairs.len(),
+            rms_difference_nm: rms_difference,
+            largest_difference_nm: largest_difference,
+            rms_recorded_nm: rms_recorded,
+            rms_other_nm: rms_other,
+            lost_cycles: what_if.lost_cycles,
+        }
+    }
+}
 
 /// Replays a file.
 ///
@@ -118,11 +142,10 @@ const MCAP_MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let path = arguments.file.clone().map_or_else(newest, Ok)?;
     let recorded = read(&path, arguments)?;
-    let nodes = recorded.robot.joints.each_ref().map(|joint| joint.node.raw());
-    let bus = bus_cycles(&recorded.frames, nodes);
+    let bus = bus_cycles(&recorded.frames, recorded.robot.description.nodes());
     let log = recorded.log.as_deref();
     let source = Source {
-        robot: &recorded.robot,
+        robot: &recorded.robot.description,
         settings: &recorded.settings,
         bus: &bus,
         records: log.map_or(&[], |log| &log.cycles),
@@ -155,7 +178,7 @@ impl Arguments {
 
 fn read(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
     let mut input = BufReader::new(File::open(path).with_context(|| path.display().to_string())?);
-    let is_mcap = input.fill_buf().with_context(|| path.display().to_string())?.starts_with(&MCAP_MAGIC);
+    let is_mcap = input.fill_buf().with_context(|| path.display().to_string())?.starts_with(&MAGIC);
     if is_mcap {
         ensure!(
             arguments.dt.is_none() && arguments.period.is_none() && arguments.disturbance.is_none(),
@@ -164,9 +187,9 @@ fn read(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
         );
         let mut log = RunLog::read_from(input, path)?;
         return Ok(Recorded {
-            name: log.run.settings.law.name().to_owned(),
-            robot: log.run.robot.clone(),
-            settings: log.run.settings,
+            name: log.run.controller.clone(),
+            robot: Robot::from_log(path, &log.run.robot).context("the robot in the log")?,
+            settings: log.run.settings().with_context(|| path.display().to_string())?,
             frames: std::mem::take(&mut log.frames),
             damage: std::mem::take(&mut log.damage),
             log: Some(Box::new(log)),
@@ -185,7 +208,7 @@ fn read(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
         overrun: OverrunPolicy::default(),
         period_source: arguments.dt.unwrap_or_default(),
         approach: None,
-        disturbance: arguments.disturbance.map_or(Disturbance::None, Into::into),
+        disturbance: arguments.disturbance.unwrap_or(Disturbance::None),
         disturbance_site: DisturbanceSite::Command,
     };
     Ok(Recorded { name: law.name().to_owned(), robot, settings, frames: candump.frames, log: None, damage: Vec::new() })
@@ -197,7 +220,8 @@ fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: 
         "--plot and --csv compare two controllers: name the other one with --controller (or --robot)"
     );
     let start = arguments.from.map_or(Start::Beginning, Start::KeyframeBefore);
-    let replay = ExactReplay::run(source, start).with_context(|| file.to_owned())?;
+    let mut controller = recorded.robot.controller(recorded.settings.law, recorded.settings.guard)?;
+    let replay = ExactReplay::run(source, &mut controller, start).with_context(|| file.to_owned())?;
     if arguments.json {
         print_json(&Report {
             file,
@@ -209,19 +233,19 @@ fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: 
     } else {
         print_exact(&replay, recorded, file, &mut io::stdout().lock())?;
     }
-    let outcome = if !replay.is_equal() {
-        Outcome::Failure
+    let exit = if !replay.is_equal() {
+        Exit::Failure
     } else if replay.lost_cycles > 0 || !recorded.damage.is_empty() {
-        Outcome::Loss
+        Exit::Loss
     } else {
-        Outcome::Ok
+        Exit::Ok
     };
-    Ok(exit_code(outcome))
+    Ok(exit.into())
 }
 
 fn print_exact(replay: &ExactReplay, recorded: &Recorded, file: &str, output: &mut impl Write) -> io::Result<()> {
     let ExactReplay { from, cycles, signals, keyframes, .. } = replay;
-    writeln!(output, "replay of {file}: {}, controller {}", recorded.robot.name, recorded.name)?;
+    writeln!(output, "replay of {file}: {}, controller {}", recorded.robot.description.name, recorded.name)?;
     let compared = format!("{cycles} cycles from {from:.3} s, {signals} signals and {keyframes} keyframes compared");
     if replay.differing_cycles == 0 {
         writeln!(output, "  {compared}: all equal, bit for bit")?;
@@ -269,10 +293,11 @@ fn what_if(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file
     robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
     let settings =
         Settings { law, guard: arguments.adaptation.unwrap_or(recorded.settings.guard), ..recorded.settings };
-    let other = Source { robot: &robot, settings: &settings, ..*source };
-    let what_if = WhatIf::run(source, &other).with_context(|| file.to_owned())?;
+    let other = Source { robot: &robot.description, settings: &settings, ..*source };
+    let mut controller = robot.controller(law, settings.guard)?;
+    let what_if = WhatIf::run(source, &other, &mut controller).with_context(|| file.to_owned())?;
     let other_name = match arguments.robot {
-        Some(_) => format!("{} of {}", law.name(), robot.name),
+        Some(_) => format!("{} of {}", law.name(), robot.description.name),
         None => law.name().to_owned(),
     };
     if let Some(path) = &arguments.plot {
@@ -284,13 +309,14 @@ fn what_if(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file
     }
     if arguments.json {
         let report =
-            Report { file, controller: &other_name, exact: None, what_if: Some(&what_if), damage: &recorded.damage };
+            Report { file, controller: &other_name, exact: None, what_if: Some(WhatIfReport::new(&what_if)), damage: &recorded.damage };
         print_json(&report)?;
     } else {
         print_what_if(&what_if, recorded, &other_name, file, &mut io::stdout().lock())?;
     }
     let whole = recorded.damage.is_empty() && what_if.lost_cycles == 0;
-    Ok(exit_code(if whole { Outcome::Ok } else { Outcome::Loss }))
+    let exit = if whole { Exit::Ok } else { Exit::Loss };
+    Ok(exit.into())
 }
 
 fn print_what_if(
@@ -305,14 +331,15 @@ fn print_what_if(
         "what {other} would have asked for on the measurements of {file}, where {} was in control",
         recorded.name
     )?;
-    writeln!(output, "  {} cycles, open loop: the robot did not hear it", what_if.cycles)?;
+    let TorqueSummary { rms_difference, largest_difference, rms_recorded, rms_other } = what_if.summary;
+    writeln!(output, "  {} cycles, open loop: the robot did not hear it", what_if.pairs.len())?;
     writeln!(output, "    torque (N m)         joint 2   joint 3")?;
     let mut row =
         |name: &str, [joint_2, joint_3]: [f64; 2]| writeln!(output, "    {name:<18} {joint_2:>9.5} {joint_3:>9.5}");
-    row("recorded, RMS", what_if.rms_recorded_nm)?;
-    row("other, RMS", what_if.rms_other_nm)?;
-    row("difference, RMS", what_if.rms_difference_nm)?;
-    row("difference, most", what_if.largest_difference_nm)?;
+    row("recorded, RMS", rms_recorded)?;
+    row("other, RMS", rms_other)?;
+    row("difference, RMS", rms_difference)?;
+    row("difference, most", largest_difference)?;
     if what_if.lost_cycles > 0 {
         writeln!(output, "  LOST               {} cycles that cannot be replayed", what_if.lost_cycles)?;
     }

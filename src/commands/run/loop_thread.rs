@@ -123,7 +123,10 @@ where
     let end = finished.end.map_err(|error| {
         let hint = hint(&error);
         let error = anyhow::Error::new(error);
-        hint.map_or_else(|| error, |hint| anyhow::anyhow!("{error:#} ({hint})"))
+        match hint {
+            Some(hint) => anyhow::anyhow!("{error:#} ({hint})"),
+            None => error,
+        }
     });
     Ok(Finished { end, outcome: finished.outcome, stop: describe(&finished.stop) })
 }

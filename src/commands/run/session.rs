@@ -125,8 +125,9 @@ impl Session {
             Ok(LoopEnd::Interrupted) => (false, format!("interrupted; {stop}"), None),
             Err(error) => (false, format!("FAILED: {error:#}; {stop}"), Some(format!("{error:#}"))),
         };
-        let (plant, law, clock) = (self.place.name(), self.settings.law, self.place.clock());
-        let subject = Subject { robot: &robot.description, plant: &plant, law, clock };
+        let (plant, clock) = (self.place.name(), self.place.clock());
+        let controller = self.settings.law.name();
+        let subject = Subject { robot: &robot.description, plant: &plant, controller, clock };
         RunReport::new(subject, Ending { text, fault, completed }, outcome, log.map(Path::to_owned))
     }
 }

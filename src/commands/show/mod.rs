@@ -1,26 +1,28 @@
 //! `uarm show`: what a log tells, also of a run that was killed.
 
+mod print;
+mod summary;
+
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::CommandFactory;
 use clap::error::ErrorKind;
 use uarm_plot::output::FigureFile;
 
-use super::{Outcome, exit_code};
-use crate::cli::CommandLine;
-use crate::inspection::summary::Summary;
-use crate::inspection::{chart, panels, print};
-use crate::plain_text;
-use crate::run_log::reader::RunLog;
-use crate::run_log::{candump, place};
-use crate::trace::TraceWriter;
+use uarm_log::{candump, csv};
 
-/// What frames of an embedded robot, which has no interface, are exported under: most likely to be played back there.
-const INTERFACE_OF_EMBEDDED_ROBOTS: &str = "vcan0";
+use crate::dimensions::RunLog;
+use crate::exit::Exit;
+use crate::inspection::{chart, panels, plain_text};
+use crate::log_files;
+use crate::robot::Robot;
+use summary::Summary;
+
+/// What frames of a simulated robot, which has no interface, are exported under: most likely to be played back there.
+const INTERFACE_OF_SIMULATED_ROBOTS: &str = "vcan0";
 
 /// Arguments of `uarm show`.
 #[derive(Debug, clap::Args)]
@@ -32,7 +34,7 @@ Examples:
   uarm show                                  the newest log in runs/
   uarm show run.mcap --plot                  with plots in the terminal
   uarm show run.mcap --figure run.svg --figure run.png
-  uarm show run.mcap --csv -                 every signal of every cycle, as uarm run --trace writes it
+  uarm show run.mcap --csv -                 every signal of every cycle, one row a cycle
   uarm show run.mcap --candump - | canplayer vcan0=can0")]
 pub struct Arguments {
     /// The log; without it the newest in runs/
@@ -87,9 +89,10 @@ impl Destination {
 /// If it is no log, or a file cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let standard_output_is_taken = is_standard_output_taken(arguments);
-    let path = arguments.file.clone().map_or_else(place::newest, Ok)?;
+    let path = arguments.file.clone().map_or_else(log_files::newest, Ok)?;
     let log = RunLog::read(&path)?;
-    let summary = Summary::of(&log);
+    let robot = Robot::from_log(&path, &log.run.robot).context("the robot in the log")?;
+    let summary = Summary::of(&log, &robot.description);
     export(arguments, &log)?;
     let mut output = io::stdout().lock();
     if standard_output_is_taken {
@@ -105,7 +108,8 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     if arguments.plot {
         output.write_all(chart::plain(&panels::sheet(&log), plain_text::columns()).as_bytes())?;
     }
-    Ok(exit_code(if summary.is_whole() { Outcome::Ok } else { Outcome::Loss }))
+    let exit = if summary.is_whole() { Exit::Ok } else { Exit::Loss };
+    Ok(exit.into())
 }
 
 /// Whether an export goes to standard output; two of them, or one and the JSON or the plots, would be unreadable there.
@@ -115,18 +119,17 @@ fn is_standard_output_taken(arguments: &Arguments) -> bool {
     let others = usize::from(arguments.json) + usize::from(arguments.plot);
     if takers > 0 && takers + others > 1 {
         let message = "only one of --csv -, --candump -, --json and --plot can have standard output";
-        CommandLine::command().error(ErrorKind::ArgumentConflict, message).exit();
+        clap::Error::raw(ErrorKind::ArgumentConflict, format!("{message}\n")).exit();
     }
     takers > 0
 }
 
 fn export(arguments: &Arguments, log: &RunLog) -> anyhow::Result<()> {
     if let Some(destination) = &arguments.csv {
-        let mut trace = TraceWriter::new(destination.open().context("--csv")?);
-        log.cycles.iter().try_for_each(|record| trace.write(record)).and_then(|()| trace.finish()).context("--csv")?;
+        csv::write(&log.cycles, destination.open().context("--csv")?).context("--csv")?;
     }
     if let Some(destination) = &arguments.candump {
-        let interface = log.run.interface().unwrap_or(INTERFACE_OF_EMBEDDED_ROBOTS);
+        let interface = log.run.interface().unwrap_or(INTERFACE_OF_SIMULATED_ROBOTS);
         let output = destination.open().context("--candump")?;
         candump::write(&log.frames, interface, log.run.axis, output).context("--candump")?;
     }

@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
-use super::health;
 use super::summary::{FlightRecord, Summary};
-use crate::experiment::report::ClockKind;
+use crate::inspection::health;
+use uarm_log::description::ClockKind;
 
 /// Prints a summary, the first cause of a fault before everything else.
 ///

@@ -4,14 +4,14 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use serde::Serialize;
 
-use super::outcome;
-use crate::experiment::report::{COMPLETED, Ending, RunReport, Subject};
-use crate::recording::Severity;
-use crate::run_log::decoder::LoggedNote;
-use crate::run_log::description::Fields;
-use crate::run_log::proto;
-use crate::run_log::reader::RunLog;
-use crate::run_log::time_axis::seconds_between;
+use uarm_log::decoder::LoggedNote;
+use uarm_log::description::Fields;
+use uarm_log::proto;
+use uarm_log::time_axis::seconds_between;
+use uarm_loop::recording::Severity;
+
+use crate::dimensions::{LoopRobot, Outcome, RunLog};
+use crate::report::{COMPLETED, Ending, RunReport, Subject};
 
 /// A run as its log tells it.
 #[derive(Clone, Debug, Serialize)]
@@ -91,10 +91,10 @@ pub struct Warning {
 }
 
 impl Summary {
-    /// Of a log.
-    pub fn of(log: &RunLog) -> Self {
+    /// The summary of a log of a run of `robot`.
+    pub fn of(log: &RunLog, robot: &LoopRobot) -> Self {
         let begin = begin(log);
-        let report = report(log);
+        let report = report(log, robot);
         Self {
             fault: log.fault.as_ref().map(|fault| flight_record(log, fault, begin)),
             disagreements: disagreements(log, &report),
@@ -118,10 +118,10 @@ fn begin(log: &RunLog) -> u64 {
     first_cycle.or_else(|| log.notes.first().map(|note| note.at)).unwrap_or_default()
 }
 
-fn report(log: &RunLog) -> RunReport {
-    let robot = &log.run.robot;
-    let subject = Subject { robot, plant: &log.run.place, law: log.run.settings.law, clock: log.run.clock() };
-    let outcome = outcome::recomputed(robot, &log.cycles);
+fn report(log: &RunLog, robot: &LoopRobot) -> RunReport {
+    let subject =
+        Subject { robot, plant: &log.run.place, controller: &log.run.controller, clock: log.run.clock() };
+    let outcome = Outcome::of_cycles(&robot.task.motion(), robot.period, &log.cycles);
     let mut report = RunReport::new(subject, ending(log), &outcome, Some(log.path.clone()));
     report.page_faults = number(log, "page_faults");
     report.records_dropped = records_dropped(log);

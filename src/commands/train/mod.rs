@@ -1,4 +1,8 @@
-//! `uarm train`: fuzzy sets from traces of runs.
+//! `uarm train`: fuzzy sets from recorded runs.
+
+pub mod learn;
+mod points;
+pub mod samples;
 
 use std::io::{IsTerminal, Write};
 use std::num::NonZeroUsize;
@@ -11,41 +15,41 @@ use anyhow::Context;
 use hinf_control::{FuzzySets, Law};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::run::parse_law;
+use crate::figures::sets;
 use crate::controllers::firing;
 use crate::figures::output::{Format, write};
-use crate::figures::sets;
+use crate::options::choice;
 use crate::robot::Robot;
 use crate::robot::fuzzy_sets::TrainedSets;
-use crate::training::learn::{Learned, Settings, learn};
-use crate::training::samples::samples;
+use learn::{Learned, Settings, learn};
+use samples::samples;
 
 /// Arguments of `uarm train`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 The fuzzy laws weigh 9 rules by how well the errors of a joint fit 3 sets of velocity error and 3 of position error.
-ANFIS (Jang 1993) learns these sets off line from runs that \"uarm run --trace\" recorded:
+ANFIS (Jang 1993) learns these sets off line from recorded runs:
   inputs   velocity and position error of joints 2 and 3, measured less desired, deg/s and deg
   target   applied torque less feedback torque, N m: what the rules shall supply (paper eqs. 41 and 43)
 Take runs that track well without knowing the model, such as --controller neural. One fifth of the samples checks what the
 others train, or all of --check; the sets with the lowest checking error are kept.
 
 Example:
-  uarm run --virtual-time --controller neural --trace neural.csv
-  uarm train neural.csv --out sets.toml --figures figures
+  uarm run --virtual-time --controller neural --log neural.mcap
+  uarm train neural.mcap --out sets.toml --figures figures
   uarm run --controller fuzzy --fuzzy-sets sets.toml")]
 pub struct Arguments {
-    /// Traces of runs, all of the same law or of laws with the same weights
-    #[arg(required = true, value_name = "TRACE.csv")]
-    traces: Vec<PathBuf>,
+    /// Recorded runs, all of the same law or of laws with the same weights: logs, or CSV files of uarm show --csv
+    #[arg(required = true, value_name = "FILE.mcap|FILE.csv")]
+    runs: Vec<PathBuf>,
     /// The law that made them
-    #[arg(long, default_value = Law::Neural.name(), value_parser = parse_law, value_name = "LAW")]
+    #[arg(long, default_value = Law::Neural.name(), value_parser = choice::<Law>(), value_name = "LAW")]
     controller: Law,
     /// The robot file that they were made with; without it the paper's UARM
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
-    /// A trace of another run to check with; may be given more than once
-    #[arg(long, value_name = "TRACE.csv")]
+    /// Another recorded run to check with; may be given more than once
+    #[arg(long, value_name = "FILE.mcap|FILE.csv")]
     check: Vec<PathBuf>,
     /// How often the sets move, at most
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(0..=1_000_000), value_name = "N")]
@@ -70,10 +74,10 @@ pub struct Arguments {
 /// Trains and writes the sets, and tells what came of it.
 ///
 /// # Errors
-/// If a trace or the robot file is wrong, or a file cannot be written.
+/// If a recorded run or the robot file is wrong, or a file cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let robot = Robot::load(arguments.robot.as_deref())?;
-    let data = samples(&arguments.traces, arguments.controller, &robot)?;
+    let data = samples(&arguments.runs, arguments.controller, &robot)?;
     let checking = match arguments.check.as_slice() {
         [] => None,
         files => Some(samples(files, arguments.controller, &robot)?),
@@ -116,7 +120,7 @@ fn comment(arguments: &Arguments, robot: &Robot, learned: &Learned) -> String {
     };
     let mut command = format!(
         "uarm train {} --controller {} --epochs {} --step {}",
-        names(&arguments.traces).join(" "),
+        names(&arguments.runs).join(" "),
         arguments.controller.name(),
         arguments.epochs,
         arguments.step
@@ -134,7 +138,7 @@ fn comment(arguments: &Arguments, robot: &Robot, learned: &Learned) -> String {
          A set is mu(x) = 1 / (1 + |(x - centre) / half_width|^(2 steepness)); centres ascend.\n\
          Made with (robot {}, file names without their directories):\n  {command}\n\
          {} samples trained, {} checked; RMSE {before:.6} N m before, {:.6} after {} epochs.",
-        robot.name, learned.counts[0], learned.counts[1], kept.rmse, kept.premise_updates
+        robot.description.name, learned.counts[0], learned.counts[1], kept.rmse, kept.premise_updates
     )
 }
 

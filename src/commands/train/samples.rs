@@ -1,6 +1,6 @@
 //! What the fuzzy systems shall learn, and from which signals.
 //!
-//! Inputs are those of the systems: rate error q̃̇_k (°/s) and position error q̃_k (°) of joint k, measured less desired.
+//! Inputs are those of the systems: velocity error q̃̇_k (°/s) and position error q̃_k (°) of joint k, measured less desired.
 //!
 //! Target: the part of the applied torque that is not feedback, τ_k − (T11⁻¹u)_k (N·m). The fuzzy law is
 //! τ = ΞΦ + T11⁻¹u (paper eq. 43), and its ΞΦ stands for F + E − δ, which nobody can measure (eq. 41). With the law's
@@ -16,22 +16,22 @@ use std::path::{Path, PathBuf};
 use anfis::{AnfisError, DataSet};
 use hinf_control::{Law, Synthesis};
 
-use super::trace_file::{self, TraceError, TracePoint};
+use super::points::{self, Place, Point, PointsError};
 use crate::robot::Robot;
 use crate::robot::control::weights;
 
-/// How far u of a trace may be from u of the law, relative to 1: rounding, many times over.
+/// How far the recorded u may be from u of the law, relative to 1: rounding, many times over.
 const INPUT_TOLERANCE: f64 = 1e-6;
 
 /// Samples that cannot be had.
 #[derive(Debug, thiserror::Error)]
 pub enum SampleError {
-    /// A trace.
+    /// A recorded run cannot be used.
     #[error(transparent)]
-    Trace(#[from] TraceError),
+    Points(#[from] PointsError),
     /// A law whose torque is not made of feedback T11⁻¹u and the rest.
     #[error(
-        "--controller {}: expected one of the paper's laws; this one has another feedback, which a trace cannot be rid of",
+        "--controller {}: expected one of the paper's laws; this one has another feedback, which the recorded torque cannot be rid of",
         law.name()
     )]
     Law {
@@ -46,19 +46,19 @@ pub enum SampleError {
         /// Why.
         source: hinf_control::SynthesisError,
     },
-    /// Another law, or another robot file, made the trace.
+    /// Another law, or another robot file, made the recording.
     #[error(
-        "{}, line {line}: control_input_{joint} = {found}: expected {expected}, as {law} has it with this robot file; \
+        "{}, {place}: control_input_{joint} = {found}: expected {expected}, as {law} has it with this robot file; \
          name the law that ran with --controller, and its file with --robot", file.display()
     )]
     OtherLaw {
-        /// The trace.
+        /// The recorded run.
         file: PathBuf,
-        /// The line.
-        line: usize,
+        /// Where it stands there.
+        place: Place,
         /// The joint.
         joint: usize,
-        /// u in the trace.
+        /// u as recorded.
         found: f64,
         /// u of the law.
         expected: f64,
@@ -66,32 +66,32 @@ pub enum SampleError {
         law: &'static str,
     },
     /// Too few samples, or values beyond reason.
-    #[error("the traces: {0}")]
+    #[error("the recorded runs: {0}")]
     Data(#[from] AnfisError),
 }
 
-/// The samples of several traces of runs of `law` with the weights of `robot`.
+/// The samples of several recorded runs of `law` with the weights of `robot`.
 ///
 /// # Errors
 /// [`SampleError`].
-pub fn samples(traces: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
-    let read = |file: &PathBuf| Ok((file.clone(), trace_file::read(file)?));
-    let traces = traces.iter().map(read).collect::<Result<Vec<_>, SampleError>>()?;
-    from_points(&traces, law, robot)
+pub fn samples(runs: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
+    let read = |file: &PathBuf| Ok((file.clone(), points::read(file)?));
+    let runs = runs.iter().map(read).collect::<Result<Vec<_>, SampleError>>()?;
+    from_points(&runs, law, robot)
 }
 
-/// The samples of traces that have been read.
+/// The samples of runs that have been read.
 ///
 /// # Errors
 /// [`SampleError`].
-pub fn from_points(traces: &[(PathBuf, Vec<TracePoint>)], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
+pub fn from_points(runs: &[(PathBuf, Vec<Point>)], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
     if law == Law::ComputedTorque {
         return Err(SampleError::Law { law });
     }
     let synthesis = Synthesis::new(&weights(&robot.file.controllers, law))
         .map_err(|source| SampleError::Weights { law: law.name(), source })?;
     let mut samples = Vec::new();
-    for (file, points) in traces {
+    for (file, points) in runs {
         for point in points {
             check_input(file, point, law, &synthesis)?;
             let rest = point.torque_applied - synthesis.feedback_torque(&point.error);
@@ -104,13 +104,13 @@ pub fn from_points(traces: &[(PathBuf, Vec<TracePoint>)], law: Law, robot: &Robo
     Ok(DataSet::new(samples)?)
 }
 
-fn check_input(file: &Path, point: &TracePoint, law: Law, synthesis: &Synthesis<f64>) -> Result<(), SampleError> {
+fn check_input(file: &Path, point: &Point, law: Law, synthesis: &Synthesis<f64>) -> Result<(), SampleError> {
     let expected = synthesis.control_input(&point.error);
     for joint in 0..2 {
         let (found, expected) = (point.control_input[joint], expected[joint]);
         if (found - expected).abs() > INPUT_TOLERANCE * expected.abs().max(1.0) {
-            let (file, line, law) = (file.to_owned(), point.line, law.name());
-            return Err(SampleError::OtherLaw { file, line, joint: joint + 2, found, expected, law });
+            let (file, place, law) = (file.to_owned(), point.place, law.name());
+            return Err(SampleError::OtherLaw { file, place, joint: joint + 2, found, expected, law });
         }
     }
     Ok(())

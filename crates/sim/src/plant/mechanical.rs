@@ -240,6 +240,6 @@ fn solve_free<const DOF: usize>(
 
 /// The disturbance at the three joints, N·m: none acts on the base.
 fn joint_torque(disturbance: Disturbance, time: Duration, offset: f64) -> Vector3<f64> {
-    let [joint_2, joint_3] = disturbance.torque(time, offset).into();
+    let [joint_2, joint_3] = disturbance.torque::<2>(time, offset).into();
     Vector3::new(0.0, joint_2, joint_3)
 }

@@ -159,7 +159,7 @@ mod tests {
         let energy = |plant: &UarmPlant| plant.kinetic_energy() + tilt_potential(&uarm, &plant.position());
         let power = |plant: &UarmPlant| {
             let (velocity, time) = (plant.velocity(), plant.time());
-            let [joint_2, joint_3] = Disturbance::Paper.torque(time, 0.0).into();
+            let [joint_2, joint_3] = Disturbance::Paper.torque::<2>(time, 0.0).into();
             let disturbance = Vector3::new(0.0, joint_2, joint_3);
             let joint_torque = torque * uarm.parameters.gain() + disturbance + uarm.friction(&velocity);
             velocity.dot(&joint_torque)
