@@ -137,6 +137,32 @@ proptest! {
         stays_finite::<f32>(&cycles)?;
     }
 
+    /// A cycle without a finite result is void: no torque, and Φ stands still over this step and the next.
+    #[test]
+    fn a_void_cycle_leaves_the_state_and_teaches_nothing(
+        before in prop::collection::vec(ordinary(), 1..4), bad in wild(), after in ordinary()
+    ) {
+        for safeguards in [false, true] {
+            for (name, mut law) in variants::<f64>(safeguards) {
+                before.iter().for_each(|cycle| { answer(&mut law, cycle); });
+                let parameters = law.parameters().to_vec();
+                let (measurement, reference, period) = bad.inputs();
+                let command = law.update(&measurement, &reference, period);
+                let void = command.adaptation.fell_back
+                    && command.torque == Vector2::zeros()
+                    && command.control_input == Vector2::zeros();
+                if void {
+                    prop_assert_eq!(law.parameters(), &parameters[..], "{}", &name);
+                    let frozen = law.freeze();
+                    let pending = frozen.values().get(parameters.len()..).unwrap();
+                    prop_assert!(pending.iter().all(|value| *value == 0.0), "{}", &name);
+                    answer(&mut law, &after);
+                    prop_assert_eq!(law.parameters(), &parameters[..], "{}", &name);
+                }
+            }
+        }
+    }
+
     #[test]
     fn a_thawed_law_goes_on_to_the_bit(
         before in prop::collection::vec(ordinary(), 0..6), after in prop::collection::vec(ordinary(), 1..6)
@@ -205,6 +231,35 @@ fn a_state_of_another_law_is_refused() {
     let (_, nonlinear) = laws.remove(0);
     let (_, mut fuzzy) = laws.into_iter().find(|(name, _)| name.starts_with("Fuzzy ")).unwrap();
     assert_eq!(fuzzy.thaw(&nonlinear.freeze()), Err(ThawError::Size { expected: 109, found: 0 }));
+}
+
+/// The base acceleration is no part of what `is_usable` checks: each law must find out itself.
+#[test]
+fn a_base_acceleration_that_is_no_number_voids_the_cycle() {
+    let start = Cycle {
+        numbers: [0.3, 0.4, 0.1, -0.1, 0.0, 0.2, 0.1, 0.32, 0.37, 0.0, 0.0, 0.0, 0.0],
+        period: 0.003,
+        limited: [false, false],
+    };
+    let mut bad = start.clone();
+    bad.numbers[6] = f64::NAN;
+    let mut found = 0;
+    for (name, mut law) in variants::<f64>(false) {
+        answer(&mut law, &start);
+        answer(&mut law, &start);
+        let parameters = law.parameters().to_vec();
+        let command = answer(&mut law, &bad);
+        if name.contains(" Measured ") && (name.starts_with("Adaptive") || name.starts_with("Nonlinear")) {
+            found += 1;
+            assert!(command.adaptation.fell_back && command.torque == Vector2::zeros(), "{name}");
+            assert_eq!(law.parameters(), parameters, "{name}");
+            answer(&mut law, &start);
+            assert_eq!(law.parameters(), parameters, "{name}");
+        } else {
+            assert!(!command.adaptation.fell_back, "{name}");
+        }
+    }
+    assert!(found > 1);
 }
 
 #[test]

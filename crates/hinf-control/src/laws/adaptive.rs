@@ -15,10 +15,10 @@
 //! c sᵀΞ = sᵀT11²Ξ. With the paper's R, T11 is diag(0.86, 2.07), and the argument has a gap.
 
 use super::{configuration, state_is_its_estimators, velocities};
-use crate::adaptation::{Adaptation, AdaptationWeight, ParameterEstimator, ScalarWeight};
-use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
+use crate::adaptation::{Adaptation, AdaptationWeight, AdaptiveOutput, ParameterEstimator, ScalarWeight};
+use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError};
 use dem_model::{REGRESSOR_PARAMETERS, Scalar, ThreeLinkDem, regressor};
-use nalgebra::Vector2;
+use nalgebra::{SVector, Vector2};
 
 /// How controller 2 has the base acceleration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,44 +54,48 @@ impl<T: Scalar, Z: AdaptationWeight<T, REGRESSOR_PARAMETERS>> Adaptive<T, Z> {
     ) -> Self {
         Self { model, synthesis, base_acceleration, estimator: ParameterEstimator::new(adaptation) }
     }
+}
 
-    /// τ_m for τ̄ = `arm_torque`; `None` if an estimated matrix is singular.
-    fn with_base(&self, measurement: &Measurement<T>, arm_torque: &Vector2<T>) -> Option<Vector2<T>> {
-        let (q, velocities, base) = (configuration(measurement), velocities(measurement), &measurement.base);
-        match self.base_acceleration {
-            AdaptiveBaseAcceleration::Measured => {
-                let nominal = self.model.partition(&q, &velocities);
-                Some(arm_torque + nominal.base_reaction(base.acceleration, base.velocity))
-            }
-            AdaptiveBaseAcceleration::Eliminated => {
-                let estimate = self.model.with_regressor_parameters(self.estimator.parameters());
-                estimate.partition(&q, &velocities).base_compensated_torque(
-                    arm_torque,
-                    base.velocity,
-                    &measurement.velocity,
-                )
-            }
-            AdaptiveBaseAcceleration::Omitted => Some(*arm_torque),
+/// τ_m for τ̄ = `arm_torque`; `None` if an estimated matrix is singular.
+fn with_base<T: Scalar>(
+    mode: AdaptiveBaseAcceleration,
+    model: &ThreeLinkDem<T>,
+    parameters: &SVector<T, REGRESSOR_PARAMETERS>,
+    measurement: &Measurement<T>,
+    arm_torque: &Vector2<T>,
+) -> Option<Vector2<T>> {
+    let (q, velocities, base) = (configuration(measurement), velocities(measurement), &measurement.base);
+    match mode {
+        AdaptiveBaseAcceleration::Measured => {
+            let nominal = model.partition(&q, &velocities);
+            Some(arm_torque + nominal.base_reaction(base.acceleration, base.velocity))
         }
+        AdaptiveBaseAcceleration::Eliminated => {
+            let estimate = model.with_regressor_parameters(parameters);
+            let parts = estimate.partition(&q, &velocities);
+            parts.base_compensated_torque(arm_torque, base.velocity, &measurement.velocity)
+        }
+        AdaptiveBaseAcceleration::Omitted => Some(*arm_torque),
     }
 }
 
 impl<T: Scalar, Z: AdaptationWeight<T, REGRESSOR_PARAMETERS>> Controller<T> for Adaptive<T, Z> {
     fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T> {
-        if !is_usable(measurement, reference, period) {
-            return self.estimator.fall_back();
-        }
-        let mut status = self.estimator.step(period);
-        let error = TrackingError::new(measurement, reference);
-        let motion = self.synthesis.auxiliary_motion(reference, &error);
-        let regressor =
-            regressor(measurement.position.y, &measurement.velocity, &motion.acceleration, &motion.velocity);
-        let arm_torque = regressor * self.estimator.parameters() + self.synthesis.feedback_torque(&error);
-        let torque = self.with_base(measurement, &arm_torque);
-        status.fell_back |= torque.is_none();
-        self.estimator.learn(&regressor.tr_mul(&self.synthesis.adaptation_signal(&error)), &mut status);
-        let control_input = self.synthesis.control_input(&error);
-        Command { torque: torque.unwrap_or(arm_torque), control_input, adaptation: status }.or_fallback()
+        let Self { model, synthesis, base_acceleration, estimator } = self;
+        estimator.cycle(measurement, reference, period, |parameters| {
+            let error = TrackingError::new(measurement, reference);
+            let motion = synthesis.auxiliary_motion(reference, &error);
+            let regressor =
+                regressor(measurement.position.y, &measurement.velocity, &motion.acceleration, &motion.velocity);
+            let arm_torque = regressor * parameters + synthesis.feedback_torque(&error);
+            let torque = with_base(*base_acceleration, model, parameters, measurement, &arm_torque);
+            AdaptiveOutput {
+                torque: torque.unwrap_or(arm_torque),
+                control_input: synthesis.control_input(&error),
+                gradient: regressor.tr_mul(&synthesis.adaptation_signal(&error)),
+                fell_back: torque.is_none(),
+            }
+        })
     }
 
     state_is_its_estimators!(T);

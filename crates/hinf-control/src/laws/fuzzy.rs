@@ -10,8 +10,8 @@
 //! no rule fires, all nine count the same, and the status says so.
 
 use super::state_is_its_estimators;
-use crate::adaptation::{Adaptation, AdaptationWeight, ParameterEstimator, ScalarWeight};
-use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
+use crate::adaptation::{Adaptation, AdaptationWeight, AdaptiveOutput, ParameterEstimator, ScalarWeight};
+use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError};
 use crate::{FUZZY_PARAMETERS, FuzzySystem};
 use dem_model::Scalar;
 
@@ -36,17 +36,17 @@ impl<T: Scalar, Z: AdaptationWeight<T, FUZZY_PARAMETERS>> Fuzzy<T, Z> {
 
 impl<T: Scalar, Z: AdaptationWeight<T, FUZZY_PARAMETERS>> Controller<T> for Fuzzy<T, Z> {
     fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T> {
-        if !is_usable(measurement, reference, period) {
-            return self.estimator.fall_back();
-        }
-        let mut status = self.estimator.step(period);
-        let error = TrackingError::new(measurement, reference);
-        let regressor = self.system.regressor(&error);
-        status.fell_back |= regressor.fell_back;
-        let torque = regressor.matrix * self.estimator.parameters() + self.synthesis.feedback_torque(&error);
-        self.estimator.learn(&regressor.matrix.tr_mul(&self.synthesis.adaptation_signal(&error)), &mut status);
-        let control_input = self.synthesis.control_input(&error);
-        Command { torque, control_input, adaptation: status }.or_fallback()
+        let Self { synthesis, system, estimator } = self;
+        estimator.cycle(measurement, reference, period, |parameters| {
+            let error = TrackingError::new(measurement, reference);
+            let regressor = system.regressor(&error);
+            AdaptiveOutput {
+                torque: regressor.matrix * parameters + synthesis.feedback_torque(&error),
+                control_input: synthesis.control_input(&error),
+                gradient: regressor.matrix.tr_mul(&synthesis.adaptation_signal(&error)),
+                fell_back: regressor.fell_back,
+            }
+        })
     }
 
     state_is_its_estimators!(T);

@@ -9,8 +9,8 @@
 //! form.
 
 use super::state_is_its_estimators;
-use crate::adaptation::{Adaptation, AdaptationWeight, ParameterEstimator, ScalarWeight};
-use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
+use crate::adaptation::{Adaptation, AdaptationWeight, AdaptiveOutput, ParameterEstimator, ScalarWeight};
+use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError};
 use crate::{FUZZY_PARAMETERS, FuzzySystem, NominalModel};
 use dem_model::Scalar;
 
@@ -37,20 +37,20 @@ impl<T: Scalar, Z: AdaptationWeight<T, FUZZY_PARAMETERS>> FuzzyModel<T, Z> {
 
 impl<T: Scalar, Z: AdaptationWeight<T, FUZZY_PARAMETERS>> Controller<T> for FuzzyModel<T, Z> {
     fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T> {
-        if !is_usable(measurement, reference, period) {
-            return self.estimator.fall_back();
-        }
-        let mut status = self.estimator.step(period);
-        let error = TrackingError::new(measurement, reference);
-        let motion = self.synthesis.auxiliary_motion(reference, &error);
-        let regressor = self.system.regressor(&error);
-        status.fell_back |= regressor.fell_back;
-        let torque = self.nominal.torque(measurement, &motion)
-            + regressor.matrix * self.estimator.parameters()
-            + self.synthesis.feedback_torque(&error);
-        self.estimator.learn(&regressor.matrix.tr_mul(&self.synthesis.adaptation_signal(&error)), &mut status);
-        let control_input = self.synthesis.control_input(&error);
-        Command { torque, control_input, adaptation: status }.or_fallback()
+        let Self { nominal, synthesis, system, estimator } = self;
+        estimator.cycle(measurement, reference, period, |parameters| {
+            let error = TrackingError::new(measurement, reference);
+            let motion = synthesis.auxiliary_motion(reference, &error);
+            let regressor = system.regressor(&error);
+            AdaptiveOutput {
+                torque: nominal.torque(measurement, &motion)
+                    + regressor.matrix * parameters
+                    + synthesis.feedback_torque(&error),
+                control_input: synthesis.control_input(&error),
+                gradient: regressor.matrix.tr_mul(&synthesis.adaptation_signal(&error)),
+                fell_back: regressor.fell_back,
+            }
+        })
     }
 
     state_is_its_estimators!(T);

@@ -10,8 +10,8 @@
 //! with what is truly unknown. No base data in either form.
 
 use super::state_is_its_estimators;
-use crate::adaptation::{Adaptation, AdaptationWeight, ParameterEstimator, ScalarWeight};
-use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
+use crate::adaptation::{Adaptation, AdaptationWeight, AdaptiveOutput, ParameterEstimator, ScalarWeight};
+use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError};
 use crate::{NETWORK_PARAMETERS, NominalModel, TanhNetworks};
 use dem_model::Scalar;
 
@@ -38,19 +38,20 @@ impl<T: Scalar, Z: AdaptationWeight<T, NETWORK_PARAMETERS>> NeuralModel<T, Z> {
 
 impl<T: Scalar, Z: AdaptationWeight<T, NETWORK_PARAMETERS>> Controller<T> for NeuralModel<T, Z> {
     fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T> {
-        if !is_usable(measurement, reference, period) {
-            return self.estimator.fall_back();
-        }
-        let mut status = self.estimator.step(period);
-        let error = TrackingError::new(measurement, reference);
-        let motion = self.synthesis.auxiliary_motion(reference, &error);
-        let regressor = self.networks.regressor(measurement, reference);
-        let torque = self.nominal.torque(measurement, &motion)
-            + regressor * self.estimator.parameters()
-            + self.synthesis.feedback_torque(&error);
-        self.estimator.learn(&regressor.tr_mul(&self.synthesis.adaptation_signal(&error)), &mut status);
-        let control_input = self.synthesis.control_input(&error);
-        Command { torque, control_input, adaptation: status }.or_fallback()
+        let Self { nominal, synthesis, networks, estimator } = self;
+        estimator.cycle(measurement, reference, period, |parameters| {
+            let error = TrackingError::new(measurement, reference);
+            let motion = synthesis.auxiliary_motion(reference, &error);
+            let regressor = networks.regressor(measurement, reference);
+            AdaptiveOutput {
+                torque: nominal.torque(measurement, &motion)
+                    + regressor * parameters
+                    + synthesis.feedback_torque(&error),
+                control_input: synthesis.control_input(&error),
+                gradient: regressor.tr_mul(&synthesis.adaptation_signal(&error)),
+                fell_back: false,
+            }
+        })
     }
 
     state_is_its_estimators!(T);
