@@ -6,8 +6,8 @@ use hinf_control::adaptation::{
     ParameterBox, ParameterEstimator, ParameterSet, ScalarWeight, WeightError,
 };
 use hinf_control::{
-    AdaptationStatus, BaseMeasurement, FUZZY_PARAMETERS, Law, Measurement, Reference, Synthesis, ThawError,
-    WeightReading, Weights,
+    AdaptationStatus, BaseMeasurement, ControllerSettings, FUZZY_PARAMETERS, Law, Measurement, Reference, Synthesis,
+    ThawError,
 };
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
@@ -151,7 +151,7 @@ fn a_box_in_the_metric_of_a_full_weight_would_break_the_proof() {
 #[test]
 fn one_ball_over_both_joints_can_raise_the_storage_of_table_3() {
     // Why the docs advise the box there. One parameter per joint, Z = I; V weighs the joints by 1/t_k².
-    let design = Synthesis::<f64>::new(&Weights::table_3(Law::Nonlinear, WeightReading::Blocks)).unwrap();
+    let design = Synthesis::<f64>::new(&ControllerSettings::default().weights(Law::Nonlinear)).unwrap();
     let storage = DiagonalWeight::new(design.t11().diagonal().map(|t| 1.0 / (t * t))).unwrap();
     let (truth, outside) = (Vector2::new(0.956, 0.292), Vector2::new(0.485, 0.875) * 1.3);
     let ball = Ball::new(Vector2::zeros(), 1.0).unwrap();
