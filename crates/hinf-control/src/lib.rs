@@ -145,3 +145,8 @@ pub use synthesis::{AuxiliaryMotion, Synthesis};
 pub use synthesis_error::SynthesisError;
 pub use tracking_error::TrackingError;
 pub use weights::{PAPER_ATTENUATION_LEVEL, WeightReading, Weights};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
