@@ -4,10 +4,9 @@
 
 use core::time::Duration;
 use dem_model::ThreeLinkDem;
-use hinf_control::Disturbance;
 use hinf_control::{
-    AnyController, BaseAcceleration, BaseMeasurement, Controller, ControllerOptions, Law, Measurement,
-    PerformanceIndices, QuinticReference, TrackingError, WeightReading, Weights,
+    BaseAcceleration, BaseMeasurement, BuildContext, Controller, ControllerSettings, Disturbance, Law, Measurement,
+    PerformanceIndices, QuinticReference, TrackingError,
 };
 use nalgebra::Vector3;
 use serde_json::Value;
@@ -33,12 +32,9 @@ fn run(law: Law, counts_per_revolution: u32, bandwidth: f64) -> Outcome {
     let nominal = ThreeLinkDem::table_2();
     let mut plant =
         UarmPlant::new(&nominal, UarmPlantParameters::fitted()).unwrap().with_disturbance(Disturbance::Paper);
-    let weights = Weights::table_3(law, WeightReading::Blocks);
-    let mut options = ControllerOptions::paper(law);
-    if law == Law::Adaptive {
-        options.base_acceleration = BaseAcceleration::Omitted;
-    }
-    let mut controller = AnyController::new(law, nominal, &weights, &options).unwrap();
+    let mut settings = ControllerSettings::default();
+    settings.set_base_acceleration(Law::Adaptive, BaseAcceleration::Omitted).unwrap();
+    let mut controller = settings.build(law, &BuildContext::new(nominal)).unwrap();
     let reference = QuinticReference::<f64>::paper();
     let description = EncoderDescription { counts_per_revolution, counter_bits: 32, zero_offset: 0 };
     let encoder = Encoder::new(description, Direction::Positive).unwrap();
