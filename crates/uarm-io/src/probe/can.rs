@@ -1,6 +1,6 @@
 //! CAN: in the kernel, and each interface.
 
-use super::Machine;
+use super::machine::Machine;
 use crate::finding::{Finding, Verdict};
 use crate::socketcan_link::{InterfaceName, raw_can_sockets};
 use socketcan::nl::{CanInterface, CanState};

@@ -1,6 +1,6 @@
 //! Processors: their clock, their sleep, and who else runs on them.
 
-use super::Machine;
+use super::machine::Machine;
 use crate::finding::{Finding, Verdict};
 
 const PROCESSORS: &str = "/sys/devices/system/cpu";
