@@ -109,3 +109,12 @@ pub use plant::{
     UarmImperfections, UarmParameterError, UarmPlant, UarmPlantParameters,
 };
 pub use robot::{EmulatedRobot, Joint, Pacing, RobotError};
+
+pub use dem_model;
+pub use nalgebra;
+pub use uarm_io;
+
+/// The README's example, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,4 +1,4 @@
-//! The preconditions of a real-time loop on a CAN bus, found out on this machine: what `uarm doctor` prints.
+//! The preconditions of a real-time loop on a CAN bus, found out on this machine.
 //!
 //! Facts are read from `/proc`, `/sys` and `/boot` below a root that the caller chooses, so that a test can describe any
 //! machine as a folder. What only a system call tells (CAN sockets, netlink) is asked of the running machine alone.
