@@ -66,7 +66,7 @@ fn run(law: Law, counts_per_revolution: u32, bandwidth: f64) -> Outcome {
 
 #[test]
 fn six_laws_on_the_fitted_plant() {
-    let vectors: Value = serde_json::from_str(include_str!("../../../tests/vectors/uarm_plant.json")).unwrap();
+    let vectors: Value = serde_json::from_str(include_str!("vectors/uarm_plant.json")).unwrap();
     let number = |value: &Value| value.as_f64().unwrap();
     let bandwidth = number(&vectors["params"]["wc"]);
     let laws = [Law::Nonlinear, Law::Adaptive, Law::Neural, Law::NeuralModel, Law::Fuzzy, Law::FuzzyModel];
@@ -83,7 +83,7 @@ fn six_laws_on_the_fitted_plant() {
 /// The constants in the code are those of the vectors.
 #[test]
 fn the_fitted_parameters_are_those_of_the_vectors() {
-    let vectors: Value = serde_json::from_str(include_str!("../../../tests/vectors/uarm_plant.json")).unwrap();
+    let vectors: Value = serde_json::from_str(include_str!("vectors/uarm_plant.json")).unwrap();
     let p = |name: &str| vectors["params"][name].as_f64().unwrap();
     let fitted = UarmPlantParameters::fitted();
     assert_eq!(*fitted.viscous_friction(), Vector3::new(p("b1"), p("bj"), p("bj")));

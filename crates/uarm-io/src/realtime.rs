@@ -96,7 +96,7 @@ impl RealtimeError {
 
 impl fmt::Display for RealtimeError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "no real-time thread (`--rt prefer` would go on without):")?;
+        write!(formatter, "no real-time thread (the policy `prefer` would go on without):")?;
         self.missing.iter().try_for_each(|finding| write!(formatter, "\n  {finding}"))
     }
 }

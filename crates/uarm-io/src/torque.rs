@@ -161,6 +161,32 @@ mod tests {
     }
 
     #[test]
+    fn per_mille_of_0_and_1() {
+        // One per mille of 2 N·m is 2 mN·m.
+        let scale = scale(2000, Direction::Positive);
+        assert_eq!([-1, 0, 1].map(|per_mille| scale.to_joint(per_mille)), [-0.002, 0.0, 0.002]);
+        let sent = [-0.0011, -0.0009, 0.0, 0.0009, 0.0011].map(|torque| scale.to_drive(torque).unwrap().per_mille);
+        assert_eq!(sent, [-1, 0, 0, 0, 1]);
+    }
+
+    #[test]
+    fn a_torque_is_cut_above_the_ceiling_and_not_at_it() {
+        for (ceiling, at, above) in [(1, 0.001, 0.0016), (300, 0.3, 0.301), (i16::MAX, 32.767, 32.768)] {
+            let scale =
+                TorqueScale { ceiling: TorqueCeiling::new(ceiling).unwrap(), ..scale(1000, Direction::Positive) };
+            for sign in [1_i16, -1] {
+                let torque = |magnitude: f64| scale.to_drive(f64::from(sign) * magnitude).unwrap();
+                let per_mille = sign * ceiling;
+                assert_eq!(torque(at), TargetTorque { per_mille, saturation: Saturation::Within });
+                assert_eq!(torque(above), TargetTorque { per_mille, saturation: Saturation::Cut });
+            }
+        }
+        assert_eq!(TorqueCeiling::new(-1), Err(TorqueError::Ceiling { per_mille: -1 }));
+        assert_eq!(TorqueCeiling::new(1).unwrap().per_mille(), 1);
+        assert_eq!(RatedTorque::from_millinewton_metres(1).unwrap().millinewton_metres(), 1);
+    }
+
+    #[test]
     fn what_is_no_number_is_refused() {
         for torque in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert!(matches!(scale(200, Direction::Positive).to_drive(torque), Err(TorqueError::NotFinite { .. })));

@@ -76,7 +76,7 @@ pub(super) struct Fifo(());
 impl Fifo {
     pub(super) fn enter(priority: Priority) -> (Option<Self>, Finding) {
         let finding = |found: String| Finding::good("thread under SCHED_FIFO", found, format!("priority {priority}"));
-        match system_calls::set_fifo(priority) {
+        match system_calls::set_fifo(priority.number()) {
             Ok(()) => (Some(Self(())), finding(format!("priority {priority}"))),
             Err(error) => {
                 let advice =

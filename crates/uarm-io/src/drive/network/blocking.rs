@@ -1,15 +1,16 @@
 //! Waiting and SDO transfers, for start and stop.
 
+use super::configuration::Setting;
 use super::error::{Expected, SdoError};
+use super::master::DriveNetwork;
 use super::receive::Event;
-use super::{DriveNetwork, Setting};
 use crate::drive::cia402::Statusword;
 use crate::drive::objects::{Object, STATUSWORD};
 use crate::drive::wire;
 use crate::link::Link;
 use crate::time::{Clock, Duration, Instant};
 use canopen_rs::sdo::{SdoAbortCode, SdoClient, SdoEvent, SdoPayload, encode_abort};
-use canopen_rs::{Address, DataType, NodeId, Value};
+use canopen_rs::{Address, DataType, NmtState, NodeId, Value};
 
 /// A network and the clock by which it waits.
 pub(super) struct Blocking<'a, L: Link, C, const JOINTS: usize> {
@@ -64,6 +65,33 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
                 None => {}
             }
         }
+    }
+
+    /// The drives' nodes, joint 1 first.
+    pub(super) fn nodes(&self) -> [NodeId; JOINTS] {
+        self.network.nodes.map(|node| node.id)
+    }
+
+    /// Waits until the last heartbeat of `node` is `wanted`; false if `deadline` passes first.
+    pub(super) fn reports(
+        &mut self,
+        node: NodeId,
+        deadline: Instant,
+        wanted: impl Fn(NmtState) -> bool,
+    ) -> Result<bool, L::Error> {
+        if self.nmt_state(node).is_some_and(&wanted) {
+            return Ok(true);
+        }
+        let seen = self.wait(deadline, |event| match event {
+            Event::Heartbeat(from, state) if *from == node && wanted(*state) => Some(()),
+            _ => None,
+        })?;
+        Ok(seen.is_some())
+    }
+
+    /// The NMT state in the last heartbeat of `node`; `None` before the first.
+    pub(super) fn nmt_state(&self, node: NodeId) -> Option<NmtState> {
+        self.network.nodes.iter().find(|other| other.id == node)?.health.nmt_state
     }
 
     /// Lets `duration` pass.

@@ -1,7 +1,8 @@
 //! What happens in each cycle: SYNC out, feedback in, torques out, supervision.
 
+use super::configuration::EmergencyReaction;
 use super::error::{CycleError, NodeSet};
-use super::{DriveNetwork, EmergencyReaction, Node};
+use super::master::{DriveNetwork, Node};
 use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
 use crate::drive::wire::{self, DriveCommand, SyncCounter};
 use crate::link::Link;

@@ -1,7 +1,7 @@
 //! The one place where frames from the drives are read.
 
 use super::health::arrived;
-use super::{DriveNetwork, Node};
+use super::master::{DriveNetwork, Node};
 use crate::drive::wire::{self, Channel, DriveFeedback, EmergencyMessage};
 use crate::link::{Link, Received};
 use crate::time::Instant;
