@@ -24,8 +24,7 @@ pub mod task;
 
 use std::path::Path;
 
-use dem_model::planar::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
-use dem_model::{DemBase, DemLink, ThreeLinkDem};
+use dem_model::{DemBase, DemLink, PlanarSpaceManipulator, SpaceLink, SpacecraftBody, ThreeLinkDem};
 use hinf_control::FuzzySets;
 use sim::{UarmImperfections, UarmPlantParameters};
 use uarm_io::time::Duration;
