@@ -1,7 +1,8 @@
 //! The backward pass: the gradient of the error with respect to the premises, the consequents held.
 
+use crate::data::DataSet;
 use crate::network::{Fired, Network, consequent, weighted_output};
-use crate::{DataSet, Firing};
+use crate::premises::Firing;
 
 /// Derivatives of the error with respect to one bell's half width, steepness and centre.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
