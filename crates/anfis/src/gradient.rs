@@ -7,11 +7,11 @@ use crate::premises::Firing;
 /// Derivatives of the error with respect to one bell's half width, steepness and centre.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct BellGradient {
-    /// ∂E/∂a.
+    /// ∂E/∂a, in the square of the target's unit over the input's.
     pub half_width: f64,
-    /// ∂E/∂b.
+    /// ∂E/∂b, in the square of the target's unit.
     pub steepness: f64,
-    /// ∂E/∂c.
+    /// ∂E/∂c, in the square of the target's unit over the input's.
     pub centre: f64,
 }
 

@@ -49,19 +49,19 @@ impl Universe {
         }
     }
 
-    /// The lower end.
+    /// The lower end, in the unit of the input.
     #[must_use]
     pub const fn lower(&self) -> f64 {
         self.lower
     }
 
-    /// The upper end.
+    /// The upper end, in the unit of the input.
     #[must_use]
     pub const fn upper(&self) -> f64 {
         self.upper
     }
 
-    /// Upper less lower end; positive.
+    /// Upper less lower end, in the unit of the input; > 0.
     #[must_use]
     pub fn span(&self) -> f64 {
         self.upper - self.lower

@@ -88,12 +88,12 @@ impl<T: Scalar, const LINKS: usize, D: Distance<T>> Dem<T, LINKS, D, D::Inertia>
 }
 
 impl<T, const LINKS: usize, D, I> Dem<T, LINKS, D, I> {
-    /// The base.
+    /// The parameters of the base.
     pub fn base(&self) -> &DemBase<D, I> {
         &self.base
     }
 
-    /// The arm's links, from the base outwards.
+    /// The parameters of the arm's links, from the base outwards.
     pub fn links(&self) -> &[DemLink<T, D, I>; LINKS] {
         &self.links
     }

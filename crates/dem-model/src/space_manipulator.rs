@@ -134,12 +134,12 @@ impl<T: Scalar, const LINKS: usize, D: Distance<T>> SpaceManipulator<T, LINKS, D
 }
 
 impl<T, const LINKS: usize, D, I> SpaceManipulator<T, LINKS, D, I> {
-    /// The spacecraft.
+    /// The parameters of the spacecraft.
     pub fn spacecraft(&self) -> &SpacecraftBody<T, D, I> {
         &self.spacecraft
     }
 
-    /// The arm's links, from the spacecraft outwards.
+    /// The parameters of the arm's links, from the spacecraft outwards.
     pub fn links(&self) -> &[SpaceLink<T, D, I>; LINKS] {
         &self.links
     }

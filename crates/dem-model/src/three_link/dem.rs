@@ -82,12 +82,12 @@ impl<T: Scalar> ThreeLinkDem<T> {
         Ok(())
     }
 
-    /// The base.
+    /// The parameters of the base.
     pub fn base(&self) -> &DemBase<T> {
         &self.base
     }
 
-    /// The links 2 and 3.
+    /// The parameters of the links 2 and 3.
     pub fn links(&self) -> &[DemLink<T>; 2] {
         &self.links
     }
