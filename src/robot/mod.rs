@@ -22,8 +22,7 @@ mod task;
 
 use std::path::Path;
 
-use dem_model::planar::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
-use dem_model::{DemBase, DemLink, ThreeLinkDem};
+use dem_model::{DemBase, DemLink, PlanarSpaceManipulator, SpaceLink, SpacecraftBody, ThreeLinkDem};
 use hinf_control::{AnyController, FuzzySets, Law};
 use uarm_io::time::Duration;
 use uarm_sim::{UarmImperfections, UarmPlantParameters};

@@ -2,8 +2,8 @@
 //! manipulator move alike under the same joint torques. Compared with each other and with independent references.
 
 use core::time::Duration;
+use dem_model::PlanarSpaceManipulator;
 use dem_model::ThreeLinkDem;
-use dem_model::planar::PlanarSpaceManipulator;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
