@@ -40,9 +40,9 @@ pub enum RealtimePolicy {
     Off,
 }
 
-/// A text that names no policy.
+/// A text that is not the name of a policy.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
-#[error("`{found}` is no real-time policy: expected `enforce`, `prefer` or `off`")]
+#[error("`{found}` is not a real-time policy: expected `enforce`, `prefer` or `off`")]
 pub struct RealtimePolicyError {
     found: String,
 }

@@ -7,7 +7,7 @@ use crate::encoder::Direction;
 pub struct RatedTorque(u32);
 
 impl RatedTorque {
-    /// `millinewton_metres` mN·m.
+    /// A rated torque of `millinewton_metres` mN·m.
     ///
     /// # Errors
     /// [`TorqueError::RatedTorque`] for zero.
@@ -15,12 +15,12 @@ impl RatedTorque {
         if millinewton_metres == 0 { Err(TorqueError::RatedTorque) } else { Ok(Self(millinewton_metres)) }
     }
 
-    /// mN·m, the unit of 6076h.
+    /// The rated torque in mN·m, the unit of 6076h.
     pub const fn millinewton_metres(self) -> u32 {
         self.0
     }
 
-    /// N·m.
+    /// The rated torque in N·m.
     pub fn newton_metres(self) -> f64 {
         f64::from(self.0) * 1e-3
     }
@@ -39,7 +39,7 @@ impl TorqueCeiling {
     /// The rated torque itself.
     pub const RATED: Self = Self(1000);
 
-    /// `per_mille` of the rated torque.
+    /// A ceiling of `per_mille` of the rated torque.
     ///
     /// # Errors
     /// [`TorqueError::Ceiling`] below 1.
@@ -47,7 +47,7 @@ impl TorqueCeiling {
         if per_mille < 1 { Err(TorqueError::Ceiling { per_mille }) } else { Ok(Self(per_mille)) }
     }
 
-    /// Per mille.
+    /// The ceiling, per mille of the rated torque.
     pub const fn per_mille(self) -> i16 {
         self.0
     }
@@ -59,16 +59,16 @@ pub enum TorqueError {
     /// A rated torque of zero.
     #[error("a rated torque of 0 mN·m, expected at least 1")]
     RatedTorque,
-    /// A ceiling that is none.
+    /// A torque ceiling below 1 per mille.
     #[error("a torque ceiling of {per_mille} per mille, expected 1 to 32767")]
     Ceiling {
-        /// Found.
+        /// The ceiling that was asked for, per mille of the rated torque.
         per_mille: i16,
     },
-    /// A torque that is no number: nothing may be sent.
+    /// A torque that is not finite: nothing may be sent.
     #[error("a torque of {torque} N·m cannot be sent")]
     NotFinite {
-        /// Found.
+        /// The torque, N·m.
         torque: f64,
     },
 }
@@ -94,11 +94,11 @@ pub enum Saturation {
 /// The scale between a joint's torque and its drive's per mille.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TorqueScale {
-    /// 1000 per mille.
+    /// The motor's rated torque at the joint: 1000 per mille.
     pub rated_torque: RatedTorque,
     /// Which way a positive torque of the drive turns the joint.
     pub direction: Direction,
-    /// The most that is sent.
+    /// The most that is sent, in both directions.
     pub ceiling: TorqueCeiling,
 }
 

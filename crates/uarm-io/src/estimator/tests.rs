@@ -223,7 +223,7 @@ fn single_precision_follows_double() {
 }
 
 proptest! {
-    /// No period and no angle that is a number makes a number that is none.
+    /// Every estimate is finite, whatever the period, as long as the angle is finite.
     #[test]
     fn estimates_stay_finite(
         steps in proptest::collection::vec((-100.0_f64..100.0, prop_oneof![0.0_f64..0.1, Just(0.0), Just(-1.0), Just(f64::NAN)]), 1..100),

@@ -33,7 +33,7 @@ pub enum LinkErrorKind {
 
 /// An error of a link.
 pub trait LinkError: core::error::Error {
-    /// Its kind.
+    /// What kind of error it is.
     fn kind(&self) -> LinkErrorKind;
 }
 

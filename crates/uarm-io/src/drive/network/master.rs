@@ -25,9 +25,9 @@ pub struct DriveNetwork<L: Link, const JOINTS: usize> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     pub(super) id: NodeId,
-    /// Its answer to the last SYNC.
+    /// Its feedback for the last SYNC.
     pub(super) fresh: Option<DriveFeedback>,
-    /// The deadline for that answer has passed without it.
+    /// The deadline for that feedback has passed without it.
     pub(super) missed: bool,
     /// An emergency that was not reported yet.
     pub(super) alarm: Option<EmergencyMessage>,
@@ -67,12 +67,12 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         }
     }
 
-    /// Its configuration.
+    /// The configuration that it was built with.
     pub const fn configuration(&self) -> &NetworkConfiguration<JOINTS> {
         &self.configuration
     }
 
-    /// The link.
+    /// The link to the bus.
     pub const fn link(&self) -> &L {
         &self.link
     }

@@ -23,7 +23,7 @@ pub enum Confirmation {
 /// How one drive was stopped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DriveStop {
-    /// The node.
+    /// The drive's node id.
     pub node: u8,
     /// Torque 0 and quick stop: the drive no longer is in *Operation enabled*.
     pub quick_stop: Confirmation,

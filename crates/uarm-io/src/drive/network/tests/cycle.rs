@@ -114,7 +114,7 @@ fn late_answers_are_told_without_stamps_too() {
 #[test]
 fn an_answer_that_is_too_early_for_its_sync_is_stale() {
     let mut configuration = configuration();
-    configuration.earliest_answer = Duration::from_micros(144);
+    configuration.earliest_feedback = Duration::from_micros(144);
     let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
     start(&mut network).unwrap();
     for drive in &mut network.link_mut().drives {

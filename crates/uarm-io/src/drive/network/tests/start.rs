@@ -352,7 +352,7 @@ fn endless_segments_are_cut() {
     }
     let error = start(&mut network).unwrap_err();
     assert!(
-        matches!(error, StartError::Sdo(SdoError::Answer { node: 1, object, .. }) if object == Address::new(0x1000, 0)),
+        matches!(error, StartError::Sdo(SdoError::Response { node: 1, object, .. }) if object == Address::new(0x1000, 0)),
         "{error}"
     );
 }
