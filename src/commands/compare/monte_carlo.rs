@@ -200,7 +200,7 @@ mod tests {
             draw([Some(1.0), None, None]),
             draw([None, None, None]),
         ];
-        let row = |number| MonteCarloRow::new(number, &ControllerVariant::PAPER[number], &draws);
+        let row = |number| MonteCarloRow::new(number, &ControllerVariant::paper().nth(number).unwrap(), &draws);
         let counts = |number| (row(number).best_l2, row(number).worst_l2, row(number).failed);
         assert_eq!(counts(0), (2, 1, 1));
         assert_eq!(counts(1), (1, 2, 2));

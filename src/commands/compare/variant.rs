@@ -163,6 +163,7 @@ impl FromStr for ControllerVariants {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hinf_control::AdaptationGuard;
     
     #[test]
     fn each_variant_has_a_name_of_its_own_and_can_be_built() {

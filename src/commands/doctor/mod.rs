@@ -135,7 +135,7 @@ mod tests {
             ([Bad, Warning], Bad, Exit::Failure),
         ] {
             let examination = examination(verdicts, &RealtimeSettings::default());
-            assert_eq!((examination.verdict, examination.outcome()), (expected, outcome));
+            assert_eq!((examination.verdict, examination.exit()), (expected, outcome));
         }
     }
 
