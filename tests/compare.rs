@@ -3,6 +3,7 @@
 mod support;
 
 use std::num::{NonZeroU32, NonZeroUsize};
+use std::sync::LazyLock;
 use std::time::Duration;
 
 use serde_json::Value;
@@ -20,9 +21,7 @@ use uarm::simulation::SimulatedEnd;
 use support::{scratch, standard_output, uarm};
 use hinf_control::Disturbance;
 
-fn paper() -> Vec<ControllerVariant> {
-    ControllerVariant::paper().collect()
-}
+static PAPER: LazyLock<Vec<ControllerVariant>> = LazyLock::new(|| ControllerVariant::paper().collect());
 
 fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&standard_output(arguments)).unwrap()
@@ -31,7 +30,7 @@ fn json(arguments: &[&str]) -> Value {
 fn compare(plant: PlantChoice, repetitions: u32, variation: StartVariation) -> Comparison {
     let settings = ComparisonSettings {
         robot: None,
-        variants: &paper(),
+        variants: &PAPER,
         plant,
         disturbance: Disturbance::Paper,
         repetitions: NonZeroU32::new(repetitions).unwrap(),
@@ -45,7 +44,7 @@ fn compare(plant: PlantChoice, repetitions: u32, variation: StartVariation) -> C
 fn monte_carlo_settings(spread: f64, variation: StartVariation) -> MonteCarloSettings<'static> {
     MonteCarloSettings {
         robot: None,
-        variants: &paper(),
+        variants: PAPER.as_slice(),
         disturbance: Disturbance::Paper,
         draws: NonZeroU32::MIN,
         spread: Spread::new(spread).unwrap(),
@@ -76,7 +75,7 @@ fn the_reference_simulation_gave_the_same() {
     let rows = reference["rows"].as_array().unwrap();
     // The reference ends with the motion.
     let no_hold = Overrides { hold: Some(Duration::ZERO), ..Overrides::default() };
-    let robots = VariantRobot::load(&paper(), None, &no_hold).unwrap();
+    let robots = VariantRobot::load(&PAPER, None, &no_hold).unwrap();
     assert_eq!(rows.len(), robots.len());
     for (variant, row) in robots.iter().zip(rows) {
         let plant = SimulatedPlant::new(&variant.robot, PlantChoice::Uarm, Disturbance::Paper).unwrap();
