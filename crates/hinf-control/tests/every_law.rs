@@ -249,6 +249,28 @@ fn the_guard_keeps_the_parameters_in_a_box_around_their_start() {
 }
 
 #[test]
+fn the_guard_holds_the_parameters_while_a_torque_is_limited() {
+    let cycle = |limited| Cycle {
+        numbers: [0.3, 0.4, 0.1, -0.1, 0.0, 0.2, 0.1, 0.32, 0.37, 0.0, 0.0, 0.0, 0.0],
+        period: 0.003,
+        limited: [false, limited],
+    };
+    for law in Law::ALL {
+        let settings = ControllerSettings::default();
+        for (adaptation_guard, holds) in [(AdaptationGuard::None, false), (AdaptationGuard::Bounded, true)] {
+            let context = BuildContext { adaptation_guard, ..BuildContext::new(ThreeLinkDem::<f64>::table_2()) };
+            let mut controller = settings.build(law, &context).unwrap();
+            let start = controller.parameters().to_vec();
+            run_cycle(&mut controller, &cycle(true));
+            let command = run_cycle(&mut controller, &cycle(true));
+            let adapts = settings.adaptation(law).is_some();
+            assert_eq!(controller.parameters() == start, holds || !adapts, "{law:?}");
+            assert_eq!(command.adaptation.frozen, holds && adapts, "{law:?}");
+        }
+    }
+}
+
+#[test]
 fn table_3_and_table_4() {
     let settings = ControllerSettings::default();
     // z, L2, E
