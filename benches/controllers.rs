@@ -14,8 +14,8 @@ use nalgebra::Vector2;
 fn measurement() -> Measurement<f64> {
     Measurement {
         position: Vector2::new(0.86, 0.71),
-        rate: Vector2::new(0.63, 0.45),
-        base: BaseMeasurement { position: -0.4, rate: -0.5, acceleration: 0.1 },
+        velocity: Vector2::new(0.63, 0.45),
+        base: BaseMeasurement { position: -0.4, velocity: -0.5, acceleration: 0.1 },
     }
 }
 

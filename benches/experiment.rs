@@ -4,7 +4,6 @@ use std::hint::black_box;
 use std::num::{NonZeroU32, NonZeroUsize};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sim::Disturbance;
 use uarm::commands::run::PlantChoice;
 use uarm::experiment::embedded::EmbeddedPlant;
 use uarm::robot::overrides::Overrides;
@@ -13,6 +12,7 @@ use uarm::study::monte_carlo::{self, MonteCarloSettings};
 use uarm::study::spread::Spread;
 use uarm::study::start::StartVariation;
 use uarm::study::trial;
+use uarm_sim::Disturbance;
 
 /// `uarm run --virtual-time`, with 0.5 s of hold, for each of the paper's controllers.
 fn virtual_time(criterion: &mut Criterion) {

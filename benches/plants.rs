@@ -4,9 +4,9 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use dem_model::ThreeLinkDem;
 use dem_model::planar::PlanarSpaceManipulator;
 use nalgebra::Vector3;
-use sim::{Brake, DemPlant, Disturbance, FreeFloatingPlant, Plant, UarmPlant, UarmPlantParameters};
 use std::hint::black_box;
 use std::time::Duration;
+use uarm_sim::{Brake, DemPlant, Disturbance, FreeFloatingPlant, Plant, UarmPlant, UarmPlantParameters};
 
 const PERIOD: Duration = Duration::from_millis(3);
 

@@ -1,6 +1,8 @@
 //! The command line.
 
-use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::commands;
 
@@ -24,7 +26,7 @@ pub struct CommandLine {
 /// The subcommands, one file each in [`commands`].
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Run the paper's experiment: on the embedded robot, or on real drives with --can
+    /// Run the paper's experiment: on a simulated robot, or on real drives with --can
     Run(Box<commands::run::Arguments>),
     /// Run a recorded experiment again, bit for bit; or ask what another controller would have done
     Replay(Box<commands::replay::Arguments>),
@@ -32,20 +34,41 @@ pub enum Command {
     Monitor(commands::monitor::Arguments),
     /// Tell what is in the log of a run: summary, timing, faults, plots, CSV
     Show(commands::show::Arguments),
-    /// Compare the controllers, beside the paper's Table 4, or on a thousand robots drawn around the one
+    /// Compare the controllers, beside the paper's Table 4, or on a thousand robots drawn around the UARM
     Compare(commands::compare::Arguments),
     /// Be the robot: emulated CANopen drives and their plant on a CAN interface
     Plant(commands::plant::Arguments),
     /// Map a space manipulator to its dynamically equivalent manipulator (Table 1 to Table 2)
     Map(commands::map::Arguments),
-    /// Compare the rate estimators on the paper's motion
+    /// Compare the velocity estimators on the paper's motion
     Filters(commands::filters::Arguments),
     /// Look at this machine's real-time and CAN preconditions, and measure how late it wakes up
     Doctor(commands::doctor::Arguments),
     /// Draw the paper's figures from simulated experiments, as SVG and PNG
     Figures(commands::figures::Arguments),
-    /// Learn fuzzy sets from traces of runs with ANFIS
+    /// Learn fuzzy sets from recorded runs with ANFIS
     Train(commands::train::Arguments),
     /// Print a completion script for a shell
     Completions(commands::completions::Arguments),
+}
+
+/// Runs a subcommand.
+///
+/// # Errors
+/// Whatever made the command fail, with its context.
+pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
+    match command {
+        Command::Run(arguments) => commands::run::execute(arguments),
+        Command::Replay(arguments) => commands::replay::execute(arguments),
+        Command::Monitor(arguments) => commands::monitor::execute(arguments),
+        Command::Show(arguments) => commands::show::execute(arguments),
+        Command::Compare(arguments) => commands::compare::execute(arguments),
+        Command::Plant(arguments) => commands::plant::execute(arguments),
+        Command::Map(arguments) => commands::map::execute(arguments),
+        Command::Filters(arguments) => commands::filters::execute(arguments),
+        Command::Doctor(arguments) => commands::doctor::execute(arguments),
+        Command::Figures(arguments) => commands::figures::execute(arguments),
+        Command::Train(arguments) => commands::train::execute(arguments),
+        Command::Completions(arguments) => commands::completions::execute(arguments, CommandLine::command()),
+    }
 }

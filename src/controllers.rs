@@ -7,18 +7,11 @@ use hinf_control::{
     FuzzySystem, Law, NETWORK_PARAMETERS, NominalForm, ParameterLimits,
 };
 
+use uarm_loop::settings::AdaptationGuard;
+
 use crate::robot::Robot;
 use crate::robot::control::{adaptation_bound, adaptation_weight, weights};
 use crate::robot::file::{self, BaseAccelerationMode, Controllers, ModelForm};
-
-/// What keeps Φ from drifting. The laws as printed are pure integrators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum AdaptationGuard {
-    /// As printed in the paper: nothing
-    None,
-    /// Φ is kept in a box and stands still while the torque is limited: the default on hardware
-    Bounded,
-}
 
 /// The law with the robot file's weights and choices.
 ///

@@ -1,21 +1,29 @@
-//! The deploy binary's library: robot files, the control loop, the subcommands.
+//! The deploy binary's library: the command line, its subcommands, robot files and the simulated robot.
+//!
+//! | module | subject |
+//! |---|---|
+//! | [`cli`] | the command line: which subcommands there are |
+//! | [`commands`] | a file or folder per subcommand |
+//! | [`robot`] | robot files: read, checked, turned into types |
+//! | [`simulated_robot`], [`simulation`] | a plant behind emulated drives; a run on it in virtual time |
+//! | [`report`], [`inspection`], [`figures`] | what runs and logs tell: for people, in terminals, as figures |
+//! | [`log_files`], [`signals`], [`options`], [`exit`] | where logs go; SIGINT and SIGTERM; choices on command lines; exit codes |
+//! | [`dimensions`] | the one place that says how many joints the robot has |
+//!
+//! The control loop itself is the crate [`uarm_loop`]: see [`uarm_loop::control_loop`].
 #![forbid(unsafe_code)]
 
 pub mod cli;
 pub mod commands;
-pub mod control_loop;
 pub mod controllers;
-pub mod experiment;
+pub mod dimensions;
+pub mod exit;
 pub mod figures;
-pub mod filter_study;
 pub mod inspection;
-pub mod monitor;
-pub mod plain_text;
-pub mod recording;
-pub mod replay;
+pub mod log_files;
+pub mod options;
+pub mod report;
 pub mod robot;
-pub mod run_log;
 pub mod signals;
-pub mod study;
-pub mod trace;
-pub mod training;
+pub mod simulated_robot;
+pub mod simulation;

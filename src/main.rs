@@ -1,5 +1,5 @@
-//! `uarm`: from the model to torques on a CAN bus every 3 ms. One file per subcommand in [`uarm::commands`]; the control
-//! loop itself is [`uarm::control_loop`].
+//! `uarm`: from the model to torques on a CAN bus every 3 ms. The subcommands are in [`uarm::commands`]; the control loop
+//! is [`uarm_loop::control_loop`].
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;
@@ -7,9 +7,8 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    let command_line = uarm::cli::CommandLine::parse();
-    uarm::commands::execute(&command_line.command).unwrap_or_else(|error| {
+    uarm::cli::execute(&uarm::cli::CommandLine::parse().command).unwrap_or_else(|error| {
         eprintln!("uarm: {error:#}");
-        uarm::commands::exit_code(uarm::commands::Outcome::Failure)
+        uarm::exit::Exit::Failure.into()
     })
 }

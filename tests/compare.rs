@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::time::Duration;
 
+use hinf_control::Disturbance;
 use serde_json::Value;
-use sim::Disturbance;
 use uarm::commands::run::PlantChoice;
 use uarm::experiment::embedded::EmbeddedPlant;
 use uarm::robot::overrides::Overrides;
@@ -17,6 +17,7 @@ use uarm::study::parallel;
 use uarm::study::spread::Spread;
 use uarm::study::start::StartVariation;
 use uarm::study::trial::{self, Trial};
+use uarm_sim::Disturbance;
 
 fn uarm(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_uarm"))

@@ -5,7 +5,6 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use hinf_control::Law;
-use sim::{Brake, Disturbance, DriveFault, InProcessError, InProcessLink, Joint, VirtualClock};
 use uarm::commands::run::PlantChoice;
 use uarm::control_loop::LoopEnd;
 use uarm::control_loop::progress::Progress;
@@ -18,6 +17,7 @@ use uarm_io::drive::wire::Channel;
 use uarm_io::frame::Frame;
 use uarm_io::link::{Link, Received};
 use uarm_io::time::Instant;
+use uarm_sim::{Brake, Disturbance, DriveFault, InProcessError, InProcessLink, Joint, VirtualClock};
 
 /// SYNCs before something happens: well inside the motion.
 const IN_MOTION: usize = 400;

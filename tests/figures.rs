@@ -7,9 +7,10 @@ use hinf_control::Law;
 use roxmltree::{Document, Node};
 use uarm::commands::run::PlantChoice;
 use uarm::figures::experiments::{Experiment, simulate};
-use uarm::figures::output::{png, svg};
 use uarm::figures::{overview, paper, style};
 use uarm::robot::Robot;
+use uarm_plot::output::{png, svg};
+use uarm_plot::style::Colour;
 
 fn experiment(law: Law) -> Experiment {
     simulate(&Robot::load(None).unwrap(), PlantChoice::Uarm, law).unwrap()
@@ -25,7 +26,7 @@ fn texts<'a>(document: &'a Document) -> Vec<(&'a str, Node<'a, 'a>)> {
 }
 
 /// All pieces of line in a colour, as points.
-fn lines(document: &Document, colour: plotters::style::RGBColor) -> Vec<Vec<[f64; 2]>> {
+fn lines(document: &Document, colour: Colour) -> Vec<Vec<[f64; 2]>> {
     let colour = format!("#{:02X}{:02X}{:02X}", colour.0, colour.1, colour.2);
     let lines = document.descendants().filter(|node| node.attribute("stroke") == Some(&colour));
     let points = |node: Node| {

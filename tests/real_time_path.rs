@@ -8,7 +8,6 @@ use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use hinf_control::Law;
-use sim::{Disturbance, VirtualClock};
 use uarm::commands::run::PlantChoice;
 use uarm::control_loop::progress::Progress;
 use uarm::control_loop::schedule::{OverrunPolicy, Schedule};
@@ -26,6 +25,7 @@ use uarm::trace::TraceWriter;
 use uarm_io::drive::network::DriveNetwork;
 use uarm_io::link::ObservedLink;
 use uarm_io::time::{Clock, Instant};
+use uarm_sim::{Disturbance, VirtualClock};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;

@@ -51,7 +51,7 @@ struct ManipulatorFile {
 /// If the file cannot be read or describes no manipulator.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let (path, text) = match &arguments.file {
-        None => (Path::new(robot::EMBEDDED_NAME).to_owned(), robot::EMBEDDED.to_owned()),
+        None => (Path::new(robot::BUILT_IN_NAME).to_owned(), robot::BUILT_IN.to_owned()),
         Some(path) => (path.clone(), std::fs::read_to_string(path).with_context(|| path.display().to_string())?),
     };
     let parsed: ManipulatorFile = toml::from_str(&text).with_context(|| path.display().to_string())?;

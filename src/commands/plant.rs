@@ -5,17 +5,20 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::Context;
-use sim::{EmulatedRobot, Outbox, Pacing};
 use uarm_io::link::{Link, LinkError, LinkErrorKind};
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::socketcan_link::{Reception, SocketCanLink};
 use uarm_io::time::Clock;
+use uarm_sim::{EmulatedRobot, Outbox, Pacing};
 
-use super::run::{DisturbanceChoice, PlantChoice};
-use crate::experiment::embedded::{self, EmbeddedPlant};
+use hinf_control::Disturbance;
+use uarm_loop::stop_request::StopRequest;
+
+use crate::options::choice;
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
-use crate::signals::StopRequest;
+use crate::signals;
+use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
 
 /// How long the robot waits for a frame before it looks whether it shall end.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
@@ -38,14 +41,14 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
     /// What the robot is
-    #[arg(long, value_enum, default_value_t, value_name = "PLANT")]
+    #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
     plant: PlantChoice,
     /// How plant time passes
     #[arg(long, value_enum, default_value_t, value_name = "PACING")]
     pacing: PacingChoice,
     /// What disturbs the joints, counted from the first SYNC with all drives enabled
-    #[arg(long, value_enum, default_value = "none", value_name = "KIND")]
-    disturbance: DisturbanceChoice,
+    #[arg(long, value_parser = choice::<Disturbance>(), default_value = "none", value_name = "KIND")]
+    disturbance: Disturbance,
     /// The period of lockstep, such as 3ms, instead of the robot file's
     #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
     period: Option<Duration>,
@@ -69,22 +72,22 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let overrides = Overrides { period: arguments.period, ..Overrides::default() };
     let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
     let pacing = match arguments.pacing {
-        PacingChoice::Lockstep => Pacing::Lockstep { period: robot.period.duration() },
+        PacingChoice::Lockstep => Pacing::Lockstep { period: robot.description.period.duration() },
         PacingChoice::WallClock => Pacing::WallClock,
     };
-    let plant = EmbeddedPlant::new(&robot, arguments.plant, arguments.disturbance.into())?;
-    let emulated = embedded::emulate(&robot, plant, pacing)?;
+    let plant = SimulatedPlant::new(&robot, arguments.plant, arguments.disturbance)?;
+    let emulated = emulate(&robot, plant, pacing)?;
     let name = arguments.can.parse().with_context(|| format!("--can {}", arguments.can))?;
     let link = SocketCanLink::open(name, Reception::Everything)?;
-    let stop = StopRequest::on_signals().context("signal handlers")?;
-    let nodes: Vec<_> = robot.joints.iter().map(|joint| joint.node.raw().to_string()).collect();
-    eprintln!("{}: emulated drives, nodes {}, on {} ({pacing:?})", robot.name, nodes.join(" "), arguments.can);
+    let stop = signals::stop_request().context("signal handlers")?;
+    let nodes: Vec<_> = robot.description.nodes().iter().map(u8::to_string).collect();
+    eprintln!("{}: emulated drives, nodes {}, on {} ({pacing:?})", robot.description.name, nodes.join(" "), arguments.can);
     serve(emulated, link, &stop)?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// Answers frames and lets time pass, until `stop` is made.
-fn serve(mut robot: EmulatedRobot<EmbeddedPlant>, mut link: SocketCanLink, stop: &StopRequest) -> anyhow::Result<()> {
+fn serve(mut robot: EmulatedRobot<SimulatedPlant>, mut link: SocketCanLink, stop: &StopRequest) -> anyhow::Result<()> {
     let clock = MonotonicClock;
     let mut outbox = Outbox::new();
     robot.power_on(clock.now(), &mut outbox);

@@ -2,10 +2,8 @@
 
 use anfis::{Epoch, Trained};
 use hinf_control::{FuzzySets, GeneralisedBell};
-
-use super::paper::legend;
-use super::sheet::{Axis, Mark, Panel, Shape, Sheet, Symbol};
-use super::style::{BLUE, Dash, GREEN, GREY, Stroke, VERMILION};
+use uarm_plot::sheet::{Axis, Mark, Panel, Shape, Sheet, Symbol, legend};
+use uarm_plot::style::{BLUE, Dash, GREEN, GREY, Stroke, VERMILION};
 
 /// Width and height, points.
 const SIZE: [u32; 2] = [1000, 430];
@@ -21,7 +19,7 @@ const AFTER: [Stroke; 3] =
 pub fn fuzzy_sets(name: &str, before: &FuzzySets<f64>, after: &FuzzySets<f64>, note: &str) -> Sheet {
     let rate = Axis::new("Velocity error (\u{b0}/s)", -20.0..20.0, 10.0, 0);
     let position = Axis::new("Position error (\u{b0})", -2.0..0.5, 0.5, 1);
-    let panels = [(rate, before.rate, after.rate), (position, before.position, after.position)];
+    let panels = [(rate, before.velocity, after.velocity), (position, before.position, after.position)];
     let entries =
         [("before training", BEFORE), ("after: low", AFTER[0]), ("after: middle", AFTER[1]), ("after: high", AFTER[2])];
     Sheet {

@@ -1,79 +1,7 @@
-//! How curves look. Colours are Okabe and Ito's, which people with any colour vision tell apart; dashes say it again.
+//! How the curves of a robot look: one style for each signal and for each control law.
 
 use hinf_control::Law;
-use plotters::style::RGBColor;
-
-/// Black, of axes and text too.
-pub const BLACK: RGBColor = RGBColor(0x20, 0x20, 0x20);
-/// Grey, for what stands in the background.
-pub const GREY: RGBColor = RGBColor(0x80, 0x80, 0x80);
-/// Orange of the palette.
-pub const ORANGE: RGBColor = RGBColor(0xE6, 0x9F, 0x00);
-/// Sky blue of the palette.
-pub const SKY_BLUE: RGBColor = RGBColor(0x56, 0xB4, 0xE9);
-/// Bluish green of the palette.
-pub const GREEN: RGBColor = RGBColor(0x00, 0x9E, 0x73);
-/// Blue of the palette.
-pub const BLUE: RGBColor = RGBColor(0x00, 0x72, 0xB2);
-/// Vermilion of the palette.
-pub const VERMILION: RGBColor = RGBColor(0xD5, 0x5E, 0x00);
-/// Reddish purple of the palette.
-pub const PURPLE: RGBColor = RGBColor(0xCC, 0x79, 0xA7);
-
-/// How a line is interrupted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Dash {
-    /// Not at all.
-    #[default]
-    Solid,
-    /// Dashes.
-    Dashed,
-    /// Dots.
-    Dotted,
-    /// Dashes and dots in turn.
-    DashDot,
-}
-
-impl Dash {
-    /// Lengths drawn and left out in turn, points; empty for a solid line. Lines have round ends, which lengthen what is
-    /// drawn by their width.
-    pub const fn pattern(self) -> &'static [f64] {
-        match self {
-            Self::Solid => &[],
-            Self::Dashed => &[6.0, 4.5],
-            Self::Dotted => &[0.6, 3.6],
-            Self::DashDot => &[7.5, 3.6, 0.6, 3.6],
-        }
-    }
-}
-
-/// How a curve is drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stroke {
-    /// Its colour.
-    pub colour: RGBColor,
-    /// Its width, points.
-    pub width: f64,
-    /// Its dashes.
-    pub dash: Dash,
-}
-
-impl Stroke {
-    /// A solid line of common width.
-    pub const fn solid(colour: RGBColor) -> Self {
-        Self { colour, width: 1.6, dash: Dash::Solid }
-    }
-
-    /// The same with dashes.
-    pub const fn dashed(self, dash: Dash) -> Self {
-        Self { dash, ..self }
-    }
-
-    /// The same with another width, points.
-    pub const fn wide(self, width: f64) -> Self {
-        Self { width, ..self }
-    }
-}
+use uarm_plot::style::{BLACK, BLUE, Dash, GREEN, ORANGE, PURPLE, SKY_BLUE, Stroke, VERMILION};
 
 /// The base.
 pub const BASE: Stroke = Stroke::solid(GREEN).dashed(Dash::DashDot);
@@ -89,15 +17,20 @@ pub const RECORDED: Stroke = Stroke::solid(BLACK);
 /// What a replay makes of a record.
 pub const REPLAYED: Stroke = Stroke::solid(VERMILION).dashed(Dash::Dashed);
 
+/// The curves of the laws, in the order of [`Law::ALL`]; from the ninth on they repeat.
+const LAWS: [Stroke; 8] = [
+    Stroke::solid(BLACK),
+    Stroke::solid(ORANGE),
+    Stroke::solid(SKY_BLUE),
+    Stroke::solid(BLUE).dashed(Dash::Dashed),
+    Stroke::solid(PURPLE),
+    Stroke::solid(VERMILION).dashed(Dash::Dashed),
+    Stroke::solid(GREEN).dashed(Dash::DashDot),
+    Stroke::solid(ORANGE).dashed(Dash::Dotted),
+];
+
 /// A law among the others.
-pub const fn of_law(law: Law) -> Stroke {
-    match law {
-        Law::Nonlinear => Stroke::solid(BLACK),
-        Law::Adaptive => Stroke::solid(ORANGE),
-        Law::Neural => Stroke::solid(SKY_BLUE),
-        Law::NeuralModel => Stroke::solid(BLUE).dashed(Dash::Dashed),
-        Law::Fuzzy => Stroke::solid(PURPLE),
-        Law::FuzzyModel => Stroke::solid(VERMILION).dashed(Dash::Dashed),
-        Law::ComputedTorque => Stroke::solid(GREEN).dashed(Dash::DashDot),
-    }
+pub fn of_law(law: Law) -> Stroke {
+    let place = Law::ALL.iter().position(|each| *each == law).unwrap_or_default();
+    LAWS[place % LAWS.len()]
 }

@@ -6,11 +6,11 @@ use ratatui::style::{Color, Style, Stylize};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{self, Block, Chart, Dataset, GraphType, Widget};
+use uarm_plot::sheet::{Axis, Panel, Sheet};
+use uarm_plot::style::{BLACK, Stroke};
 
 use super::panels::LEGEND;
-use crate::figures::sheet::{Axis, Panel, Sheet};
-use crate::figures::style::{BLACK, Stroke};
-use crate::plain_text;
+use super::plain_text;
 
 /// The dots of the first curve, the characters of the others: they differ without colours too.
 const MARKERS: [(Marker, &str); 3] =

@@ -1,6 +1,6 @@
 //! Bus and drives in words, line by line.
 
-use crate::run_log::proto::{CanHealth, InterfaceHealth, NodeHealth};
+use uarm_log::proto::{CanHealth, InterfaceHealth, NodeHealth};
 
 /// All lines.
 pub fn lines(health: &CanHealth) -> Vec<String> {
@@ -12,7 +12,7 @@ pub fn lines(health: &CanHealth) -> Vec<String> {
     lines.extend(interface.as_ref().filter(|interface| is_there(interface)).map(interface_line));
     lines.push(format!(
         "{:<4} {:<15} {:>8} {:>7} {:>6} {:>10} {:>20} {:>20}",
-        "node", "NMT state", "answers", "missed", "stale", "emergency", "answer age, gap (ms)", "heartbeat (ms)"
+        "node", "NMT state", "feedback", "missed", "stale", "emergency", "feedback age, gap", "heartbeat (ms)"
     ));
     lines.extend(nodes.iter().map(node_line));
     let told = nodes.iter().filter(|node| !node.last_emergency.is_empty());
@@ -20,7 +20,7 @@ pub fn lines(health: &CanHealth) -> Vec<String> {
     lines
 }
 
-/// An embedded robot has no interface; its counters all stay at zero.
+/// A simulated robot has no interface; its counters all stay at zero.
 fn is_there(interface: &InterfaceHealth) -> bool {
     *interface != InterfaceHealth::default()
 }

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
-use crate::control_loop::record::CycleRecord;
-use crate::experiment::report::ClockKind;
-use crate::figures::paper::legend;
-use crate::figures::sheet::{Axis, Panel, Sheet};
-use crate::figures::style::{BASE, BLACK, Dash, JOINT_2, JOINT_3, PURPLE, SKY_BLUE, Stroke};
-use crate::run_log::reader::RunLog;
+use uarm_log::description::ClockKind;
+
+use uarm_plot::sheet::{Axis, Panel, Sheet, legend};
+use uarm_plot::style::{BLACK, Dash, PURPLE, SKY_BLUE, Stroke};
+
+use crate::dimensions::{CycleRecord, RunLog};
+use crate::figures::style::{BASE, JOINT_2, JOINT_3};
 
 /// Width and height of a figure's row of two panels, points.
 const SIZE: [u32; 2] = [1280, 400];
@@ -19,7 +20,7 @@ const TICKS: usize = 6;
 const MOST_POINTS: usize = 4000;
 
 const WAKE_UP: Stroke = Stroke::solid(SKY_BLUE);
-const ANSWER: Stroke = Stroke::solid(PURPLE).dashed(Dash::Dashed);
+const FEEDBACK: Stroke = Stroke::solid(PURPLE).dashed(Dash::Dashed);
 const TOTAL: Stroke = Stroke::solid(BLACK).wide(0.8);
 
 /// What is plotted of a cycle.
@@ -31,7 +32,7 @@ pub const LEGEND: [(&str, Stroke); 6] = [
     ("joint 3", JOINT_3),
     ("base", BASE),
     ("wake-up", WAKE_UP),
-    ("SYNC to counts", ANSWER),
+    ("SYNC to counts", FEEDBACK),
     ("total", TOTAL),
 ];
 
@@ -54,7 +55,7 @@ pub fn sheet(log: &RunLog) -> Sheet {
     let entries: Vec<_> = LEGEND.into_iter().filter(drawn).collect();
     Sheet {
         name: "run".into(),
-        title: format!("{} on {}, controller {}", log.run.robot.name, log.run.place, log.run.settings.law.name()),
+        title: format!("{} on {}, controller {}", log.run.robot.name, log.run.place, log.run.controller),
         note: note(log),
         size: [width, row * rows],
         columns: COLUMNS,
@@ -113,7 +114,7 @@ pub fn latencies(cycles: &[CycleRecord]) -> Panel {
         &[
             (TOTAL, |record| record.instants.total().as_secs_f64() * 1e6),
             (WAKE_UP, |record| record.instants.wake_up().as_secs_f64() * 1e6),
-            (ANSWER, |record| record.instants.answer().as_secs_f64() * 1e6),
+            (FEEDBACK, |record| record.instants.feedback_latency().as_secs_f64() * 1e6),
         ],
     )
 }

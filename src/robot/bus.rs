@@ -2,36 +2,17 @@
 
 use uarm_io::bus_time::{BitRate, BusTime};
 use uarm_io::time::Duration;
+use uarm_loop::period::Period;
+use uarm_loop::robot::Bus;
 
 use super::error::{Checker, RobotError};
 use super::file;
-use crate::control_loop::JOINTS;
-use crate::control_loop::schedule::Period;
-
-/// The bus and who must be heard on it how often.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bus {
-    /// Bits per second.
-    pub bit_rate: BitRate,
-    /// What of each period the bus is busy.
-    pub time: BusTime,
-    /// How often the controller says that it lives.
-    pub controller_heartbeat: Duration,
-    /// After how long a silent controller makes the drives brake.
-    pub controller_timeout: Duration,
-    /// How often each drive says that it lives.
-    pub drive_heartbeat: Duration,
-    /// After how long a silent drive ends the run.
-    pub drive_timeout: Duration,
-    /// How long the answer to one SDO request may take.
-    pub sdo_timeout: Duration,
-}
+use crate::dimensions::JOINTS;
 
 /// Bit rates of classic CAN, bit/s (CiA 301).
 const BITRATES: [u32; 8] = [1_000_000, 800_000, 500_000, 250_000, 125_000, 50_000, 20_000, 10_000];
 
-impl Bus {
-    pub(super) fn check(bus: &file::Bus, period: Period, check: &Checker<'_>) -> Result<Self, RobotError> {
+pub(super) fn check(bus: &file::Bus, period: Period, check: &Checker<'_>) -> Result<Bus, RobotError> {
         if !BITRATES.contains(&bus.bitrate_hz) {
             return Err(check.refuse("bus.bitrate_hz", bus.bitrate_hz, format!("one of {BITRATES:?}")));
         }
@@ -74,7 +55,7 @@ impl Bus {
         )?;
         let sdo_timeout =
             milliseconds("sdo_timeout_ms", bus.sdo_timeout_ms, Duration::from_millis(1), "one frame each way")?;
-        Ok(Self {
+        Ok(Bus {
             bit_rate,
             time,
             controller_heartbeat,
@@ -84,4 +65,3 @@ impl Bus {
             sdo_timeout,
         })
     }
-}

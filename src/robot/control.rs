@@ -43,7 +43,7 @@ pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<(), RobotEr
 
 /// The H∞ weights of a law. The baseline has none of its own and is given those of controller 1.
 pub fn weights(controllers: &Controllers, law: Law) -> Weights<f64> {
-    let (rate, position) = match law {
+    let (velocity, position) = match law {
         Law::Nonlinear | Law::ComputedTorque => (controllers.nonlinear.q1, controllers.nonlinear.q2),
         Law::Adaptive => (controllers.adaptive.q1, controllers.adaptive.q2),
         Law::Neural => (controllers.neural.q1, controllers.neural.q2),
@@ -52,7 +52,7 @@ pub fn weights(controllers: &Controllers, law: Law) -> Weights<f64> {
         Law::FuzzyModel => (controllers.fuzzy_model.q1, controllers.fuzzy_model.q2),
     };
     Weights {
-        rate: matrix(rate),
+        velocity: matrix(velocity),
         position: matrix(position),
         cross: Matrix2::zeros(),
         control: matrix(controllers.r),
@@ -103,7 +103,7 @@ pub(super) fn estimator(
     check: &Checker<'_>,
 ) -> Result<AnyEstimator<f64>, RobotError> {
     let configuration = match file.estimator {
-        file::Estimator::LowPass { cutoff_rad_per_s } => EstimatorConfiguration::LowPass { corner: cutoff_rad_per_s },
+        file::Estimator::LowPass { cutoff_rad_per_s } => EstimatorConfiguration::LowPass { cutoff: cutoff_rad_per_s },
         file::Estimator::TrackingLoop { bandwidth_rad_per_s } => {
             EstimatorConfiguration::Tracking { bandwidth: bandwidth_rad_per_s }
         }
@@ -114,9 +114,10 @@ pub(super) fn estimator(
             nominal_period: f64::from(file.control.period_us) * 1e-6,
         }),
         file::Estimator::Levant { jerk_bound_rad_per_s3 } => {
-            EstimatorConfiguration::Robust { jerk_bound: jerk_bound_rad_per_s3 }
+            EstimatorConfiguration::Levant { jerk_bound: jerk_bound_rad_per_s3 }
         }
     };
-    AnyEstimator::new(&configuration)
+    configuration
+        .build()
         .map_err(|error| check.refuse("estimator", error, "settings with which the estimator can be built"))
 }

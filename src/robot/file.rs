@@ -3,6 +3,7 @@
 #![allow(missing_docs, reason = "robots/uarm.toml documents every field, with its unit")]
 
 use serde::{Deserialize, Serialize};
+use uarm_io::encoder::Direction;
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -132,13 +133,6 @@ pub struct Encoder {
     pub zero_counts: i32,
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[serde(rename_all = "kebab-case")]
-pub enum Direction {
-    Positive,
-    Negative,
-}
-
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Drive {
@@ -172,7 +166,8 @@ pub enum ObjectType {
 pub struct Limits {
     pub torque_nm: f64,
     pub torque_rate_nm_per_s: f64,
-    pub rate_deg_per_s: f64,
+    #[serde(alias = "rate_deg_per_s")]
+    pub velocity_deg_per_s: f64,
     pub minimum_deg: f64,
     pub maximum_deg: f64,
 }
@@ -211,7 +206,7 @@ pub enum Weight {
     Full([[f64; 2]; 2]),
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum BaseAccelerationMode {
     /// The differentiated base rate
@@ -313,4 +308,17 @@ pub struct Plant {
     pub coulomb_friction_nm: [f64; 3],
     pub torque_gain: f64,
     pub tilt_m_per_s2: [f64; 2],
+}
+
+impl From<hinf_control::BaseAcceleration> for BaseAccelerationMode {
+    fn from(mode: hinf_control::BaseAcceleration) -> Self {
+        use hinf_control::BaseAcceleration::*;
+        match mode {
+            Measured => Self::Measured,
+            Eliminated => Self::Eliminated,
+            Omitted => Self::Omitted,
+            Reduced => Self::Reduced,
+            ReducedMomentum => Self::ReducedMomentum,
+        }
+    }
 }

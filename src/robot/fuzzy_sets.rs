@@ -11,9 +11,9 @@ use super::error::{Checker, RobotError};
 use super::file::Firing;
 
 /// The name under which the built-in file appears in messages.
-pub const EMBEDDED_NAME: &str = "robots/uarm-fuzzy-sets.toml (built in)";
+pub const BUILT_IN_NAME: &str = "robots/uarm-fuzzy-sets.toml (built in)";
 /// The sets trained on the simulated UARM, built in.
-pub const EMBEDDED: &str = include_str!("../../robots/uarm-fuzzy-sets.toml");
+pub const BUILT_IN: &str = include_str!("../../robots/uarm-fuzzy-sets.toml");
 /// The version of the format that this program reads.
 const SCHEMA: u32 = 1;
 /// No error of a joint is larger, and no set need be wider, degrees or degrees per second.
@@ -64,8 +64,8 @@ impl TrainedSets {
     ///
     /// # Errors
     /// None, unless the program was built with a wrong file; a test reads it.
-    pub fn embedded() -> Result<Self, RobotError> {
-        Self::parse(Path::new(EMBEDDED_NAME), EMBEDDED)
+    pub fn built_in() -> Result<Self, RobotError> {
+        Self::parse(Path::new(BUILT_IN_NAME), BUILT_IN)
     }
 
     /// Sets from the text of a file; `name` is what messages call it.
@@ -82,7 +82,7 @@ impl TrainedSets {
         Ok(Self {
             firing: file.firing,
             sets: FuzzySets {
-                rate: bells("rate_error_deg_per_s", &file.rate_error_deg_per_s, &check)?,
+                velocity: bells("rate_error_deg_per_s", &file.rate_error_deg_per_s, &check)?,
                 position: bells("position_error_deg", &file.position_error_deg, &check)?,
             },
         })
@@ -100,7 +100,9 @@ impl TrainedSets {
             Firing::Product => "product",
         };
         text.push_str(&format!("\nschema = {SCHEMA}\nfiring = \"{firing}\"  # of the rules, in training as in use\n"));
-        for (name, bells) in [("rate_error_deg_per_s", &self.sets.rate), ("position_error_deg", &self.sets.position)] {
+        for (name, bells) in
+            [("rate_error_deg_per_s", &self.sets.velocity), ("position_error_deg", &self.sets.position)]
+        {
             text.push_str(&format!("{name} = [\n"));
             for bell in bells {
                 // Writing to a String cannot fail.
@@ -158,7 +160,7 @@ fn bells(
             return Err(check.refuse(format!("{field}[{}].centre", index + 1), pair[1].centre, expected));
         }
     }
-    let mut bells = FuzzySets::untrained().rate;
+    let mut bells = FuzzySets::untrained().velocity;
     for ((bell, set), index) in bells.iter_mut().zip(sets).zip(0..) {
         let name = |part: &str| format!("{field}[{index}].{part}");
         let centre = check.within(&name("centre"), set.centre, -LARGEST, LARGEST)?;
@@ -189,7 +191,7 @@ mod tests {
     fn what_is_written_is_read() {
         let read = parsed(&untrained().to_text("two\n\nlines")).unwrap();
         assert_eq!(read.firing, Firing::Minimum);
-        for (bell, expected) in read.sets.rate.iter().zip(untrained().sets.rate) {
+        for (bell, expected) in read.sets.velocity.iter().zip(untrained().sets.velocity) {
             // Degrees and back cost a rounding or two.
             assert_relative_eq!(bell.centre(), expected.centre(), epsilon = 1e-15);
             assert_relative_eq!(bell.half_width(), expected.half_width(), max_relative = 1e-15);

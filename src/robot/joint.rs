@@ -1,43 +1,21 @@
 //! Encoders, drives and limits of the joints: checked.
 
 use uarm_io::drive::{Address, NodeId, Value};
-use uarm_io::encoder::{CounterWidth, CountsPerRevolution, Direction, EncoderConfiguration, JumpLimit};
-use uarm_io::estimator::AnyEstimator;
+use uarm_io::encoder::{CounterWidth, CountsPerRevolution, EncoderConfiguration, JumpLimit};
 use uarm_io::torque::{RatedTorque, TorqueCeiling, TorqueScale};
+use uarm_loop::guard::JointLimits;
+use uarm_loop::robot::Joint;
 
 use super::error::{Checker, RobotError};
 use super::file::{self, RobotFile, Role};
-use crate::control_loop::guard::JointLimits;
-
-/// One joint.
-#[derive(Clone, Debug)]
-pub struct Joint {
-    /// Its name.
-    pub name: String,
-    /// Its drive's node id.
-    pub node: NodeId,
-    /// Its encoder.
-    pub encoder: EncoderConfiguration,
-    /// Its rate estimator, as it is before the first count.
-    pub estimator: AnyEstimator<f64>,
-    /// From N·m to the drive's per mille.
-    pub torque_scale: TorqueScale,
-    /// Objects written at start beyond those that every drive gets.
-    pub writes: Vec<(Address, Value)>,
-    /// Largest torque, N·m; zero for the passive joint.
-    pub torque_limit: f64,
-    /// Largest change of torque, N·m/s.
-    pub torque_rate_limit: f64,
-    /// Limits of motion.
-    pub limits: JointLimits,
-}
+use crate::dimensions::JOINTS;
 
 /// The highest node id of a drive: 127 is the controller's.
 const LAST_DRIVE_NODE: u8 = 126;
 
-pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<[Joint; 3], RobotError> {
-    let joints: &[file::Joint; 3] = file.joints.as_slice().try_into().map_err(|_| {
-        check.refuse("joints", format!("{} joints", file.joints.len()), "three joints: the passive base and two driven")
+pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<[Joint; JOINTS], RobotError> {
+    let joints: &[file::Joint; JOINTS] = file.joints.as_slice().try_into().map_err(|_| {
+        check.refuse("joints", format!("{} joints", file.joints.len()), "three joints: the passive base and two active")
     })?;
     for (index, joint) in joints.iter().enumerate() {
         let wanted = if index == 0 { Role::Passive } else { Role::Active };
@@ -63,8 +41,10 @@ fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>)
     let limits = &joint.limits;
     let minimum = check.within(&field("limits.minimum_deg"), limits.minimum_deg, -36_000.0, 36_000.0)?;
     let maximum = check.within(&field("limits.maximum_deg"), limits.maximum_deg, minimum, 36_000.0)?;
-    let rate = check.within(&field("limits.rate_deg_per_s"), limits.rate_deg_per_s, 1e-3, 36_000.0)?.to_radians();
-    let encoder = encoder(index, &joint.encoder, rate, period, check)?;
+    let velocity = check
+        .within(&field("limits.velocity_deg_per_s"), limits.velocity_deg_per_s, 1e-3, 36_000.0)?
+        .to_radians();
+    let encoder = encoder(index, &joint.encoder, velocity, period, check)?;
     let torque_limit = match joint.role {
         Role::Active => check.positive(&field("limits.torque_nm"), limits.torque_nm)?,
         Role::Passive if limits.torque_nm == 0.0 => 0.0,
@@ -95,14 +75,14 @@ fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>)
         writes: writes(index, &joint.drive.writes, check)?,
         torque_limit,
         torque_rate_limit: check.not_negative(&field("limits.torque_rate_nm_per_s"), limits.torque_rate_nm_per_s)?,
-        limits: JointLimits { position: [minimum.to_radians(), maximum.to_radians()], rate },
+        limits: JointLimits { position: [minimum.to_radians(), maximum.to_radians()], velocity },
     })
 }
 
 fn encoder(
     index: usize,
     encoder: &file::Encoder,
-    rate: f64,
+    velocity: f64,
     period: f64,
     check: &Checker<'_>,
 ) -> Result<EncoderConfiguration, RobotError> {
@@ -112,17 +92,15 @@ fn encoder(
         .map_err(|error| check.refuse(field("counts_per_revolution"), counts, error.to_string()))?;
     let counter_width = CounterWidth::new(encoder.counter_bits)
         .map_err(|error| check.refuse(field("counter_bits"), encoder.counter_bits, error.to_string()))?;
-    // A wake-up may come up to a period late without a deadline missed, so one period's motion at full rate is the margin.
-    let margin = (rate * period / counts_per_revolution.resolution()).ceil() as u32 + 1;
-    let jump_limit = JumpLimit::new(rate, margin)
-        .map_err(|error| check.refuse(format!("joints[{index}].limits.rate_deg_per_s"), rate, error.to_string()))?;
+    // A wake-up may come up to a period late without a deadline missed, so one period's motion at full velocity is the
+    // margin.
+    let margin = (velocity * period / counts_per_revolution.resolution()).ceil() as u32 + 1;
+    let jump_limit = JumpLimit::new(velocity, margin)
+        .map_err(|error| check.refuse(format!("joints[{index}].limits.velocity_deg_per_s"), velocity, error.to_string()))?;
     Ok(EncoderConfiguration {
         counts_per_revolution,
         counter_width,
-        direction: match encoder.direction {
-            file::Direction::Positive => Direction::Same,
-            file::Direction::Negative => Direction::Reversed,
-        },
+        direction: encoder.direction,
         zero: encoder.zero_counts,
         jump_limit,
     })

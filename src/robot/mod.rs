@@ -4,44 +4,43 @@
 //! |---|---|
 //! | [`mod@file`] | the file as written |
 //! | [`error`] | what is wrong with it |
-//! | [`network`] | what the CANopen master must know of it |
 //! | [`fuzzy_sets`] | files of trained fuzzy sets |
 //! | [`overrides`] | what a command line changes of it |
-//! | [`task`] | the motion |
-//! | [`joint`] | encoders, drives and limits |
-//! | [`bus`] | the bus and its time budget |
+//! | `task` | the motion |
+//! | `joint` | encoders, drives and limits |
+//! | `bus` | the bus and its time budget |
 //! | [`control`] | period, estimator, and the controllers' weights |
 
-pub mod bus;
+mod bus;
 pub mod control;
 pub mod error;
 pub mod file;
 pub mod fuzzy_sets;
-pub mod joint;
-pub mod network;
+mod joint;
 pub mod overrides;
-pub mod task;
+mod task;
 
 use std::path::Path;
 
 use dem_model::planar::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
 use dem_model::{DemBase, DemLink, ThreeLinkDem};
-use hinf_control::FuzzySets;
-use sim::{UarmImperfections, UarmPlantParameters};
+use hinf_control::{AnyController, FuzzySets, Law};
 use uarm_io::time::Duration;
+use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
-use crate::control_loop::schedule::Period;
-use bus::Bus;
+use uarm_log::description::RobotDescription;
+use uarm_loop::period::Period;
+use uarm_loop::settings::AdaptationGuard;
+
+use crate::dimensions::{JOINTS, LoopRobot};
 use error::{Checker, RobotError};
 use file::RobotFile;
-use joint::Joint;
 use overrides::Overrides;
-use task::Task;
 
 /// The name under which the built-in robot file appears in messages.
-pub const EMBEDDED_NAME: &str = "robots/uarm.toml (built in)";
+pub const BUILT_IN_NAME: &str = "robots/uarm.toml (built in)";
 /// The paper's robot, built in.
-pub const EMBEDDED: &str = include_str!("../../robots/uarm.toml");
+pub const BUILT_IN: &str = include_str!("../../robots/uarm.toml");
 /// The version of the format that this program reads.
 const SCHEMA: u32 = 1;
 
@@ -52,25 +51,15 @@ pub struct Robot {
     pub source: String,
     /// The file as written, with what the command line changed.
     pub file: RobotFile,
-    /// Its name.
-    pub name: String,
-    /// What the controllers believe.
+    /// What the loop must know of it.
+    pub description: LoopRobot,
+    /// The model that the controllers work with.
     pub model: ThreeLinkDem<f64>,
     /// The space manipulator that it stands for.
     pub space_manipulator: PlanarSpaceManipulator<f64, 2>,
-    /// The experiment.
-    pub task: Task,
-    /// The loop's period.
-    pub period: Period,
-    /// Largest tracking error of a driven joint, rad.
-    pub tracking_error_limit: f64,
-    /// The bus.
-    pub bus: Bus,
-    /// The joints, in order.
-    pub joints: [Joint; 3],
     /// Trained premise sets of the fuzzy laws; without them they run with the untrained grid.
     pub fuzzy_sets: Option<FuzzySets<f64>>,
-    /// What is not ideal in the embedded robot.
+    /// What is not ideal in the simulated robot.
     pub plant: UarmPlantParameters,
 }
 
@@ -88,7 +77,7 @@ impl Robot {
     /// # Errors
     /// As [`Robot::load`].
     pub fn load_with(file: Option<&Path>, overrides: &Overrides) -> Result<Self, RobotError> {
-        let Some(path) = file else { return Self::parse(Path::new(EMBEDDED_NAME), EMBEDDED, overrides) };
+        let Some(path) = file else { return Self::parse(Path::new(BUILT_IN_NAME), BUILT_IN, overrides) };
         let text =
             std::fs::read_to_string(path).map_err(|source| RobotError::Read { file: path.to_owned(), source })?;
         Self::parse(path, &text, overrides)
@@ -122,20 +111,60 @@ impl Robot {
         control::check(&file, &check)?;
         Ok(Self {
             source: text.to_owned(),
-            name: file.name.clone(),
+            description: LoopRobot {
+                name: file.name.clone(),
+                joints,
+                task: task::check(&file.task, &check)?,
+                period,
+                tracking_error_limit: check
+                    .within("control.tracking_error_limit_deg", file.control.tracking_error_limit_deg, 0.1, 360.0)?
+                    .to_radians(),
+                bus: bus::check(&file.bus, period, &check)?,
+            },
             model: model(&file.model, &check)?,
             space_manipulator: space_manipulator(&file.space_manipulator, &check)?,
-            task: Task::check(&file.task, &check)?,
-            period,
-            tracking_error_limit: check
-                .within("control.tracking_error_limit_deg", file.control.tracking_error_limit_deg, 0.1, 360.0)?
-                .to_radians(),
-            bus: Bus::check(&file.bus, period, &check)?,
-            joints,
             fuzzy_sets: None,
             plant: plant(&file.plant, &check)?,
             file,
         })
+    }
+}
+
+impl Robot {
+    /// The robot of a log, with what the log says of its fuzzy sets; `name` is what messages call the log.
+    ///
+    /// # Errors
+    /// As [`Robot::load`]; fields that this version does not know are left out.
+    pub fn from_log(name: &Path, logged: &RobotDescription) -> Result<Self, RobotError> {
+        let mut robot = Self::parse(name, &logged.toml, &Overrides::default())?;
+        robot.fuzzy_sets = logged.fuzzy_sets;
+        Ok(robot)
+    }
+
+    /// What a log holds of the robot.
+    ///
+    /// # Errors
+    /// If the robot file cannot be written as TOML; a checked one can.
+    pub fn for_log(&self) -> Result<RobotDescription, toml::ser::Error> {
+        Ok(RobotDescription {
+            name: self.description.name.clone(),
+            toml: toml::to_string(&self.file)?,
+            fuzzy_sets: self.fuzzy_sets,
+        })
+    }
+
+    /// The lengths of the links behind the joints, m, the base's first.
+    pub fn link_lengths(&self) -> [f64; JOINTS] {
+        let [second, third] = self.model.links();
+        [self.model.base().length, second.length, third.length]
+    }
+
+    /// The control law with the robot file's weights and choices, in its initial state.
+    ///
+    /// # Errors
+    /// If they allow no design; a checked robot file has only such that do.
+    pub fn controller(&self, law: Law, guard: AdaptationGuard) -> anyhow::Result<AnyController<f64>> {
+        crate::controllers::build(law, self, guard)
     }
 }
 

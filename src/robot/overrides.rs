@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use hinf_control::Law;
+use hinf_control::{BaseAcceleration, Law};
 
 use super::error::{Checker, RobotError};
 use super::file::{BaseAccelerationMode, ModelForm, RobotFile};
@@ -15,7 +15,7 @@ pub struct Overrides {
     /// Another time for which the end of the motion is held.
     pub hold: Option<Duration>,
     /// Another way for one law to have the base acceleration.
-    pub base_acceleration: Option<(Law, BaseAccelerationMode)>,
+    pub base_acceleration: Option<(Law, BaseAcceleration)>,
 }
 
 impl Overrides {
@@ -41,9 +41,10 @@ fn whole_microseconds(duration: Duration) -> Option<u32> {
 fn set_base_acceleration(
     file: &mut RobotFile,
     law: Law,
-    mode: BaseAccelerationMode,
+    mode: BaseAcceleration,
     check: &Checker<'_>,
 ) -> Result<(), RobotError> {
+    let mode = BaseAccelerationMode::from(mode);
     let controllers = &mut file.controllers;
     let form = match law {
         Law::Nonlinear => {

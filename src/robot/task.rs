@@ -3,27 +3,17 @@
 use hinf_control::QuinticReference;
 use nalgebra::Vector2;
 
-use crate::control_loop::motion::Motion;
+use uarm_loop::robot::Task;
+
+use crate::dimensions::ACTIVE;
 
 use super::error::{Checker, RobotError};
 use super::file;
 
-/// The motion of an experiment.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Task {
-    /// The quintic from start to end (paper eq. 47), which holds its end afterwards.
-    pub reference: QuinticReference<f64>,
-    /// How long the end is held, s.
-    pub hold: f64,
-    /// How far from the start a run may begin, rad.
-    pub start_tolerance: f64,
-}
-
 /// The longest motion and the longest hold, s: an hour keeps every counter of a run far from its end.
 const LONGEST: f64 = 3600.0;
 
-impl Task {
-    pub(super) fn check(task: &file::Task, check: &Checker<'_>) -> Result<Self, RobotError> {
+pub(super) fn check(task: &file::Task, check: &Checker<'_>) -> Result<Task<ACTIVE>, RobotError> {
         let radians = |field: &str, [joint_2, joint_3]: [f64; 2]| -> Result<Vector2<f64>, RobotError> {
             Ok(Vector2::new(
                 check.within(&format!("task.{field}[0]"), joint_2, -360.0, 360.0)?.to_radians(),
@@ -35,7 +25,7 @@ impl Task {
         let duration = check.within("task.duration_s", task.duration_s, 0.1, LONGEST)?;
         let reference = QuinticReference::new(start, end, duration)
             .map_err(|error| check.refuse("task", format!("{start:?} to {end:?}"), error.to_string()))?;
-        Ok(Self {
+        Ok(Task {
             reference,
             hold: check.within("task.hold_s", task.hold_s, 0.0, LONGEST)?,
             start_tolerance: check
@@ -43,9 +33,3 @@ impl Task {
                 .to_radians(),
         })
     }
-
-    /// The desired motion.
-    pub const fn motion(&self) -> Motion {
-        Motion::task(self.reference, self.hold)
-    }
-}

@@ -1,6 +1,6 @@
 """A CANopen master that is not ours, against the emulated drives of `uarm plant`.
 
-python-canopen, which shares no code with uarm, reads docs/wire/uarm-drive.eds and boots, configures, enables, moves and
+python-canopen, which shares no code with uarm, reads crates/uarm-io/wire/uarm-drive.eds and boots, configures, enables, moves and
 reads the drives. Each check prints one line; the last line counts them. Usage: client.py EDS
 """
 

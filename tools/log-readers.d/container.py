@@ -19,7 +19,7 @@ SCHEMAS = {
 }
 METADATA = {"uarm.run", "uarm.robot", "uarm.machine", "uarm.end"}
 # Attachments, and the files of the repository that they are; the robot file is compared where it is known.
-ATTACHMENTS = {"robot.toml": None, "uarm.dbc": "docs/wire/uarm.dbc", "uarm-drive.eds": "docs/wire/uarm-drive.eds"}
+ATTACHMENTS = {"robot.toml": None, "uarm.dbc": "crates/uarm-io/wire/uarm.dbc", "uarm-drive.eds": "crates/uarm-io/wire/uarm-drive.eds"}
 # The drives are stopped within this time of the last cycle.
 STOP_NS = 5_000_000_000
 

@@ -27,7 +27,7 @@ def check(log: LogFile) -> str:
 
 def check_joints(control, joints) -> None:
     found = [(joint.position, joint.velocity, joint.effort) for joint in joints.joints]
-    expected = list(zip(control.position, control.rate, [0.0, *control.torque_applied], strict=True))
+    expected = list(zip(control.position, control.velocity, [0.0, *control.torque_applied], strict=True))
     assert found == expected, f"cycle {control.tick}: joint states {found}, control {expected}"
     errors = [q - r for q, r in zip(control.position[1:], control.reference_position, strict=True)]
     assert errors == list(control.tracking_error), f"cycle {control.tick}: tracking error {control.tracking_error}"
@@ -39,7 +39,7 @@ def check_timing(timing) -> None:
     assert instants == sorted(instants), f"cycle {timing.tick}: instants {instants}"
     for told, start, end in (
         (timing.wake_up_us, timing.scheduled_ns, timing.woke_ns),
-        (timing.answer_us, timing.sync_sent_ns, timing.counts_in_ns),
+        (timing.feedback_latency_us, timing.sync_sent_ns, timing.counts_in_ns),
         (timing.total_us, timing.scheduled_ns, timing.torque_out_ns),
     ):
         assert abs(told - (end - start) / MICROSECOND_NS) <= ROUNDING_US, f"cycle {timing.tick}: {told} us"

@@ -1,17 +1,19 @@
 //! The contract of every control law: state and reference in, torque out, period passed in.
+//!
+//! The types are generic over N, the number of active joints. The laws of this crate have the default, two.
 
 use dem_model::Scalar;
-use nalgebra::Vector2;
+use nalgebra::SVector;
 
 /// What the laws know of the robot at a sampling instant.
 ///
-/// Joint vectors hold the active joints, `[q2, q3]`.
+/// Joint vectors hold the N active joints in the order of the arm, for two `[q2, q3]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement<T: Scalar> {
+pub struct Measurement<T: Scalar, const N: usize = 2> {
     /// Joint angles q_m, rad.
-    pub position: Vector2<T>,
-    /// Joint rates q̇_m, rad/s.
-    pub rate: Vector2<T>,
+    pub position: SVector<T, N>,
+    /// Joint velocities q̇_m, rad/s.
+    pub velocity: SVector<T, N>,
     /// The free-floating base (DEM: passive joint 1).
     pub base: BaseMeasurement<T>,
 }
@@ -21,30 +23,30 @@ pub struct Measurement<T: Scalar> {
 pub struct BaseMeasurement<T: Scalar> {
     /// Base attitude q_b, rad.
     pub position: T,
-    /// Base rate q̇_b, rad/s.
-    pub rate: T,
-    /// Base acceleration q̈_b, rad/s²: the differentiated rate, or the plant's truth in a simulation.
+    /// Base velocity q̇_b, rad/s.
+    pub velocity: T,
+    /// Base acceleration q̈_b, rad/s²: the differentiated velocity, or the plant's truth in a simulation.
     pub acceleration: T,
 }
 
 /// The desired motion of the active joints at a sampling instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reference<T: Scalar> {
+pub struct Reference<T: Scalar, const N: usize = 2> {
     /// q_mᵈ, rad.
-    pub position: Vector2<T>,
+    pub position: SVector<T, N>,
     /// q̇_mᵈ, rad/s.
-    pub rate: Vector2<T>,
+    pub velocity: SVector<T, N>,
     /// q̈_mᵈ, rad/s².
-    pub acceleration: Vector2<T>,
+    pub acceleration: SVector<T, N>,
 }
 
 /// What a law asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Command<T: Scalar> {
+pub struct Command<T: Scalar, const N: usize = 2> {
     /// Joint torques τ_m, N·m, before any limit.
-    pub torque: Vector2<T>,
+    pub torque: SVector<T, N>,
     /// The H∞ control input u of eq. 10.
-    pub control_input: Vector2<T>,
+    pub control_input: SVector<T, N>,
     /// What adaptation met in this cycle.
     pub adaptation: AdaptationStatus,
 }
@@ -63,15 +65,15 @@ pub struct AdaptationStatus {
     pub fell_back: bool,
 }
 
-impl<T: Scalar> Command<T> {
+impl<T: Scalar, const N: usize> Command<T, N> {
     /// What leaves a law when its inputs or its result are not finite: no torque.
     ///
     /// Zero is the one torque that is safe without knowledge: the drives' own watchdogs and the loop's checks act on
     /// [`AdaptationStatus::fell_back`].
     pub fn fallback(status: AdaptationStatus) -> Self {
         Self {
-            torque: Vector2::zeros(),
-            control_input: Vector2::zeros(),
+            torque: SVector::zeros(),
+            control_input: SVector::zeros(),
             adaptation: AdaptationStatus { fell_back: true, ..status },
         }
     }
@@ -86,15 +88,20 @@ impl<T: Scalar> Command<T> {
 
 /// Whether a law can work with what it got: finite numbers, and a period that is not negative. What is known of the base is
 /// left out, since not every law reads it.
-pub fn is_usable<T: Scalar>(measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> bool {
-    let vectors = [measurement.position, measurement.rate, reference.position, reference.rate, reference.acceleration];
+pub fn is_usable<T: Scalar, const N: usize>(
+    measurement: &Measurement<T, N>,
+    reference: &Reference<T, N>,
+    period: T,
+) -> bool {
+    let vectors =
+        [measurement.position, measurement.velocity, reference.position, reference.velocity, reference.acceleration];
     vectors.iter().all(|vector| vector.iter().all(|value| value.is_finite()))
         && period.is_finite()
         && period >= T::zero()
 }
 
-/// Which of the two torques left the limiter smaller than it came.
-pub type LimitedJoints = [bool; 2];
+/// Which joints' torques left the limiter other than they came.
+pub type LimitedJoints<const N: usize = 2> = [bool; N];
 
 /// The most numbers that the state of any law holds.
 pub const STATE_CAPACITY: usize = 128;
@@ -157,18 +164,18 @@ pub enum ThawError {
     NotFinite,
 }
 
-/// A control law.
+/// A control law for N active joints.
 ///
 /// The caller samples the robot, calls [`Controller::update`] once a cycle, limits the torque, and reports with
 /// [`Controller::limited`] what the limiter did. A law never reads a clock, allocates or fails: bad configurations are
 /// refused when it is built. Nothing non-finite leaves it, whatever comes in: see [`Command::fallback`].
-pub trait Controller<T: Scalar> {
+pub trait Controller<T: Scalar, const N: usize = 2> {
     /// One cycle. `period` is the time since the previous call in seconds, zero on the first: adaptive laws first step
     /// Φ over it with the Φ̇ of the previous call (explicit Euler), then compute the torque from the stepped Φ.
-    fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T>;
+    fn update(&mut self, measurement: &Measurement<T, N>, reference: &Reference<T, N>, period: T) -> Command<T, N>;
 
     /// Tells the law which of its torques the limiter cut, after each [`Controller::update`].
-    fn limited(&mut self, _joints: LimitedJoints) {}
+    fn limited(&mut self, _joints: LimitedJoints<N>) {}
 
     /// The adapted parameters Φ; empty for a law that does not adapt.
     fn parameters(&self) -> &[T] {

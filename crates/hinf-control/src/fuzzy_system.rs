@@ -1,6 +1,6 @@
 //! The Takagi–Sugeno systems of controllers 5 and 6 (paper eqs. 38–40).
 //!
-//! Per joint k nine rules over (q̃̇_k, q̃_k): IF the rate error is A_i and the position error is B_j THEN
+//! Per joint k nine rules over (q̃̇_k, q̃_k): IF the velocity error is A_i and the position error is B_j THEN
 //! y = f_0 + f_1 q̃̇_k + f_2 q̃_k. Rule l = 3i + j fires with μ_l = min(A_i, B_j) (eq. 39), and
 //! H_k = Σ_l μ_l y_l / Σ_l μ_l = ξ_kᵀΦ_k: ξ_k holds μ_l/Σμ·[1, q̃̇_k, q̃_k] rule by rule, Φ_k the 27 consequents. Ξ = diag(ξ_1ᵀ, ξ_2ᵀ).
 //!
@@ -101,14 +101,14 @@ impl<T: Scalar> GeneralisedBell<T> {
 /// The premises that both joints share, in rad/s and rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FuzzySets<T: Scalar> {
-    /// A_1 … A_3 over the rate error, rad/s.
-    pub rate: [GeneralisedBell<T>; SETS],
+    /// A_1 … A_3 over the velocity error, rad/s.
+    pub velocity: [GeneralisedBell<T>; SETS],
     /// B_1 … B_3 over the position error, rad.
     pub position: [GeneralisedBell<T>; SETS],
 }
 
 impl<T: Scalar> FuzzySets<T> {
-    /// The grid before ANFIS has trained it, over the universes of the paper's Fig. 12: rate bells at −20, 0 and 20 °/s
+    /// The grid before ANFIS has trained it, over the universes of the paper's Fig. 12: velocity bells at −20, 0 and 20 °/s
     /// (a = 10 °/s), position bells at −2, −0.75 and 0.5° (a = 0.625°), b = 2. The trained sets of Fig. 12 are lost.
     pub fn untrained() -> Self {
         let bell = |centre: f64, half_width: f64| GeneralisedBell {
@@ -117,7 +117,7 @@ impl<T: Scalar> FuzzySets<T> {
             steepness: T::constant(2.0),
         };
         Self {
-            rate: [-20.0, 0.0, 20.0].map(|centre| bell(centre, 10.0)),
+            velocity: [-20.0, 0.0, 20.0].map(|centre| bell(centre, 10.0)),
             position: [-2.0, -0.75, 0.5].map(|centre| bell(centre, 0.625)),
         }
     }
@@ -167,13 +167,13 @@ impl<T: Scalar> FuzzySystem<T> {
 
     /// μ_l/Σμ of the nine rules for one joint's errors (rad/s, rad); they sum to 1. `None` where Σμ vanishes, far outside
     /// the universe.
-    pub fn firing_strengths(&self, rate_error: T, position_error: T) -> Option<SVector<T, RULES>> {
-        let rate = self.sets.rate.map(|set| set.membership(rate_error));
+    pub fn firing_strengths(&self, velocity_error: T, position_error: T) -> Option<SVector<T, RULES>> {
+        let velocity = self.sets.velocity.map(|set| set.membership(velocity_error));
         let position = self.sets.position.map(|set| set.membership(position_error));
-        let pairs = rate.iter().flat_map(|rate| position.iter().map(move |position| (*rate, *position)));
-        let strengths = SVector::<T, RULES>::from_iterator(pairs.map(|(rate, position)| match self.firing {
-            Firing::Minimum => rate.min(position),
-            Firing::Product => rate * position,
+        let pairs = velocity.iter().flat_map(|velocity| position.iter().map(move |position| (*velocity, *position)));
+        let strengths = SVector::<T, RULES>::from_iterator(pairs.map(|(velocity, position)| match self.firing {
+            Firing::Minimum => velocity.min(position),
+            Firing::Product => velocity * position,
         }));
         let sum = strengths.sum();
         (sum >= T::constant(FIRING_FLOOR)).then(|| strengths / sum)
@@ -183,13 +183,13 @@ impl<T: Scalar> FuzzySystem<T> {
     /// tend to as the error grows.
     pub fn regressor(&self, error: &TrackingError<T>) -> FuzzyRegressor<T> {
         let mut regressor = FuzzyRegressor { matrix: SMatrix::zeros(), fell_back: false };
-        let errors = error.rate.iter().zip(error.position.iter());
-        for (joint, (&rate_error, &position_error)) in errors.enumerate() {
-            let strengths = self.firing_strengths(rate_error, position_error);
+        let errors = error.velocity.iter().zip(error.position.iter());
+        for (joint, (&velocity_error, &position_error)) in errors.enumerate() {
+            let strengths = self.firing_strengths(velocity_error, position_error);
             regressor.fell_back |= strengths.is_none();
             let uniform = || SVector::repeat(T::one() / T::constant(9.0));
             let strengths: SVector<T, RULES> = strengths.unwrap_or_else(uniform);
-            let terms = strengths.iter().flat_map(|s| [*s, *s * rate_error, *s * position_error]);
+            let terms = strengths.iter().flat_map(|s| [*s, *s * velocity_error, *s * position_error]);
             let row = SMatrix::<T, 1, JOINT_PARAMETERS>::from_iterator(terms);
             regressor.matrix.fixed_view_mut::<1, JOINT_PARAMETERS>(joint, joint * JOINT_PARAMETERS).copy_from(&row);
         }

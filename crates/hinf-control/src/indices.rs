@@ -2,7 +2,7 @@
 
 use crate::TrackingError;
 use dem_model::Scalar;
-use nalgebra::Vector2;
+use nalgebra::SVector;
 
 /// Accumulates L2 = √(1/(t_r − t_0) ∫‖x̃‖² dt) and E = Σ_i ∫|τ_i| dt as left sums at the control rate.
 ///
@@ -12,7 +12,7 @@ use nalgebra::Vector2;
 /// use hinf_control::{PerformanceIndices, TrackingError};
 /// use nalgebra::Vector2;
 /// let mut indices = PerformanceIndices::<f64>::new();
-/// let error = TrackingError { rate: Vector2::new(3.0, 0.0), position: Vector2::new(0.0, 4.0) };
+/// let error = TrackingError { velocity: Vector2::new(3.0, 0.0), position: Vector2::new(0.0, 4.0) };
 /// indices.record(&error, &Vector2::new(1.0, -2.0), 0.5);
 /// assert_eq!(indices.tracking(), 5.0);
 /// assert_eq!(indices.torque(), 1.5);
@@ -32,9 +32,9 @@ impl<T: Scalar> PerformanceIndices<T> {
 
     /// One sample that stands for the `duration` (s) until the next: the error when it was taken, and the torque of the
     /// controller (N·m, the disturbance is not part of it) held from then on.
-    pub fn record(&mut self, error: &TrackingError<T>, torque: &Vector2<T>, duration: T) {
+    pub fn record<const N: usize>(&mut self, error: &TrackingError<T, N>, torque: &SVector<T, N>, duration: T) {
         self.squared_error += error.norm_squared() * duration;
-        self.torque += (torque.x.abs() + torque.y.abs()) * duration;
+        self.torque += torque.fold(T::zero(), |sum, torque| sum + torque.abs()) * duration;
         self.elapsed += duration;
     }
 

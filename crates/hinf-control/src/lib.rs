@@ -25,8 +25,8 @@
 //! let (time, period) = (0.003, 0.003);
 //! let measurement = Measurement {
 //!     position: *reference.start(),
-//!     rate: Vector2::zeros(),
-//!     base: BaseMeasurement { position: 0.0, rate: 0.0, acceleration: 0.0 },
+//!     velocity: Vector2::zeros(),
+//!     base: BaseMeasurement { position: 0.0, velocity: 0.0, acceleration: 0.0 },
 //! };
 //! let command = law.update(&measurement, &reference.at(time), period);
 //! let torque = limiter.limit(command.torque, period);
@@ -48,6 +48,7 @@
 //! | shape what is learnt | [`adaptation`], [`TanhNetworks`], [`FuzzySystem`] |
 //! | choose a law at run time | [`Law`], [`AnyController`], [`ControllerOptions`] |
 //! | limit torques | [`TorqueLimiter`] |
+//! | disturb a run as the paper does | [`Disturbance`] (eq. 48) |
 //! | judge a run | [`PerformanceIndices`] (section 4) |
 //! | replay a run | [`Controller::freeze`], [`Controller::thaw`] |
 //!
@@ -55,7 +56,7 @@
 //!
 //! - *Active joints*, m: joints 2 and 3, which have motors. *Base*, b: the spacecraft, joint 1 of its dynamically equivalent
 //!   manipulator, which has none.
-//! - *Tracking error* x̃ = [q̃̇; q̃]: measured minus desired, rates first ([`TrackingError`]).
+//! - *Tracking error* x̃ = [q̃̇; q̃]: measured minus desired, velocities first ([`TrackingError`]).
 //! - *Attenuation level* γ: the penalty ∫ x̃ᵀQx̃ + uᵀRu stays below γ² times the disturbance's ∫ ωᵀω, ω = T11 d (eq. 8).
 //! - *Control input* u = −R⁻¹BᵀT0x̃ (eq. 10): what the criterion weighs. The torque adds what the model or Φ supplies.
 //! - Λ = T11⁻¹T12: the *error rate*; s = q̃̇ + Λq̃: the *filtered error*; x1 = q̈ᵈ − Λq̃̇ and x2 = q̇ᵈ − Λq̃: the
@@ -81,7 +82,7 @@
 //!
 //! # Not here
 //!
-//! Estimating rates from encoder counts (`uarm-io`), training fuzzy sets (`anfis`), plants (`sim`), arms of other than two active
+//! Estimating velocities from encoder counts (`uarm-io`), training fuzzy sets (`anfis`), plants (`uarm-sim`), arms of other than two active
 //! joints.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -94,6 +95,7 @@ pub mod adaptation;
 mod attenuation;
 mod catalogue;
 mod controller;
+mod disturbance;
 mod fuzzy_system;
 mod indices;
 mod laws;
@@ -112,6 +114,7 @@ pub use catalogue::{
     PublishedIndices,
 };
 pub use controller::*;
+pub use disturbance::Disturbance;
 pub use fuzzy_system::{
     BellError, FUZZY_PARAMETERS, Firing, FuzzyRegressor, FuzzySets, FuzzySystem, GeneralisedBell, RULES, SETS,
 };

@@ -2,13 +2,13 @@
 
 use crate::LimitedJoints;
 use dem_model::Scalar;
-use nalgebra::Vector2;
+use nalgebra::SVector;
 
 /// What a robot's joints can be asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TorqueLimits<T: Scalar> {
-    magnitude: Vector2<T>,
-    rate: Option<Vector2<T>>,
+pub struct TorqueLimits<T: Scalar, const N: usize = 2> {
+    magnitude: SVector<T, N>,
+    rate: Option<SVector<T, N>>,
 }
 
 /// Why limits are refused.
@@ -29,12 +29,12 @@ pub enum TorqueLimitError {
     },
 }
 
-impl<T: Scalar> TorqueLimits<T> {
+impl<T: Scalar, const N: usize> TorqueLimits<T, N> {
     /// Largest magnitude of each joint's torque, N·m.
     ///
     /// # Errors
     /// [`TorqueLimitError::Magnitude`] if one is not positive and finite.
-    pub fn new(magnitude: Vector2<T>) -> Result<Self, TorqueLimitError> {
+    pub fn new(magnitude: SVector<T, N>) -> Result<Self, TorqueLimitError> {
         match first_not_positive(&magnitude) {
             Some(found) => Err(TorqueLimitError::Magnitude { found }),
             None => Ok(Self { magnitude, rate: None }),
@@ -45,7 +45,7 @@ impl<T: Scalar> TorqueLimits<T> {
     ///
     /// # Errors
     /// [`TorqueLimitError::Rate`] if one is not positive and finite.
-    pub fn with_rate(self, rate: Vector2<T>) -> Result<Self, TorqueLimitError> {
+    pub fn with_rate(self, rate: SVector<T, N>) -> Result<Self, TorqueLimitError> {
         match first_not_positive(&rate) {
             Some(found) => Err(TorqueLimitError::Rate { found }),
             None => Ok(Self { rate: Some(rate), ..self }),
@@ -53,65 +53,65 @@ impl<T: Scalar> TorqueLimits<T> {
     }
 
     /// Largest magnitude of each joint's torque, N·m.
-    pub fn magnitude(&self) -> &Vector2<T> {
+    pub fn magnitude(&self) -> &SVector<T, N> {
         &self.magnitude
     }
 
     /// Largest rate of each joint's torque, N·m/s; `None` if the rate is not limited.
-    pub fn rate(&self) -> Option<&Vector2<T>> {
+    pub fn rate(&self) -> Option<&SVector<T, N>> {
         self.rate.as_ref()
     }
 }
 
-fn first_not_positive<T: Scalar>(values: &Vector2<T>) -> Option<f64> {
+fn first_not_positive<T: Scalar, const N: usize>(values: &SVector<T, N>) -> Option<f64> {
     values.iter().find(|value| !(value.is_finite() && **value > T::zero())).map(|value| value.to_f64())
 }
 
 /// What came in and what goes out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LimitedTorque<T: Scalar> {
+pub struct LimitedTorque<T: Scalar, const N: usize = 2> {
     /// What the law asked for, N·m, as it came: it may be non-finite.
-    pub requested: Vector2<T>,
+    pub requested: SVector<T, N>,
     /// What the drives get, N·m: always finite and within the limits.
-    pub applied: Vector2<T>,
+    pub applied: SVector<T, N>,
     /// Which joints got something else than requested, for [`Controller::limited`](crate::Controller::limited).
-    pub limited: LimitedJoints,
+    pub limited: LimitedJoints<N>,
 }
 
 /// Keeps torques within [`TorqueLimits`]. Remembers the torque applied last, zero at first.
 ///
 /// A non-finite request counts as a request for zero torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TorqueLimiter<T: Scalar> {
-    limits: TorqueLimits<T>,
-    applied: Vector2<T>,
+pub struct TorqueLimiter<T: Scalar, const N: usize = 2> {
+    limits: TorqueLimits<T, N>,
+    applied: SVector<T, N>,
 }
 
-impl<T: Scalar> TorqueLimiter<T> {
+impl<T: Scalar, const N: usize> TorqueLimiter<T, N> {
     /// A limiter whose torque stands at zero.
-    pub fn new(limits: TorqueLimits<T>) -> Self {
-        Self { limits, applied: Vector2::zeros() }
+    pub fn new(limits: TorqueLimits<T, N>) -> Self {
+        Self { limits, applied: SVector::zeros() }
     }
 
     /// The torque applied last, N·m: the whole inner state.
-    pub fn applied(&self) -> &Vector2<T> {
+    pub fn applied(&self) -> &SVector<T, N> {
         &self.applied
     }
 
     /// Goes on as if `applied`, N·m, had been applied last. What lies beyond the limits, or is no number, counts as zero.
-    pub fn thaw(&mut self, applied: Vector2<T>) {
+    pub fn thaw(&mut self, applied: SVector<T, N>) {
         let within = |value: T, limit: T| if value.abs() <= limit { value } else { T::zero() };
         self.applied = applied.zip_map(&self.limits.magnitude, within);
     }
 
     /// The limits.
-    pub fn limits(&self) -> &TorqueLimits<T> {
+    pub fn limits(&self) -> &TorqueLimits<T, N> {
         &self.limits
     }
 
     /// Limits `requested` (N·m). `period` (s) is the time over which the torque may change: the scheduled period, on the
     /// first call too. If it is not positive and finite, a limited rate leaves the torque where it was.
-    pub fn limit(&mut self, requested: Vector2<T>, period: T) -> LimitedTorque<T> {
+    pub fn limit(&mut self, requested: SVector<T, N>, period: T) -> LimitedTorque<T, N> {
         let saturated = requested.zip_map(&self.limits.magnitude, |torque, magnitude| {
             if torque.is_finite() { torque.clamp(-magnitude, magnitude) } else { T::zero() }
         });
@@ -125,12 +125,12 @@ impl<T: Scalar> TorqueLimiter<T> {
             }
         };
         self.applied = applied;
-        LimitedTorque { requested, applied, limited: [applied.x != requested.x, applied.y != requested.y] }
+        LimitedTorque { requested, applied, limited: applied.zip_map(&requested, |a, r| a != r).into() }
     }
 
     /// Back to zero torque.
     pub fn reset(&mut self) {
-        self.applied = Vector2::zeros();
+        self.applied = SVector::zeros();
     }
 }
 

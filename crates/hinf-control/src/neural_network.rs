@@ -52,9 +52,9 @@ impl<T: Scalar> TanhNetworks<T> {
     pub fn inputs(measurement: &Measurement<T>, reference: &Reference<T>) -> SVector<T, NETWORK_INPUTS> {
         let mut inputs = SVector::<T, NETWORK_INPUTS>::zeros();
         inputs.fixed_rows_mut::<2>(0).copy_from(&measurement.position);
-        inputs.fixed_rows_mut::<2>(2).copy_from(&measurement.rate);
+        inputs.fixed_rows_mut::<2>(2).copy_from(&measurement.velocity);
         inputs.fixed_rows_mut::<2>(4).copy_from(&reference.position);
-        inputs.fixed_rows_mut::<2>(6).copy_from(&reference.rate);
+        inputs.fixed_rows_mut::<2>(6).copy_from(&reference.velocity);
         inputs.fixed_rows_mut::<2>(8).copy_from(&reference.acceleration);
         inputs
     }

@@ -27,7 +27,7 @@ pub struct AuxiliaryMotion<T: Scalar> {
     /// x1 = q̈_mᵈ − Λq̃̇, rad/s².
     pub acceleration: Vector2<T>,
     /// x2 = q̇_mᵈ − Λq̃, rad/s.
-    pub rate: Vector2<T>,
+    pub velocity: Vector2<T>,
 }
 
 /// A solved design: what the laws need of it, ready to use.
@@ -131,7 +131,7 @@ impl<T: Scalar> Synthesis<T> {
         &self.control_gain
     }
 
-    /// Q, rates first.
+    /// Q, velocities first.
     pub fn state_weight(&self) -> &Matrix4<T> {
         &self.state_weight
     }
@@ -173,7 +173,7 @@ impl<T: Scalar> Synthesis<T> {
 
     /// BᵀT0x̃ = T11 q̃̇ + T12 q̃.
     pub fn transformed_error(&self, error: &TrackingError<T>) -> Vector2<T> {
-        self.t11 * error.rate + self.t12 * error.position
+        self.t11 * error.velocity + self.t12 * error.position
     }
 
     /// u = −R⁻¹BᵀT0x̃ (eq. 10).
@@ -193,20 +193,21 @@ impl<T: Scalar> Synthesis<T> {
 
     /// s = q̃̇ + Λq̃ = T11⁻¹BᵀT0x̃, rad/s.
     pub fn filtered_error(&self, error: &TrackingError<T>) -> Vector2<T> {
-        error.rate + self.error_rate * error.position
+        error.velocity + self.error_rate * error.position
     }
 
     /// x1 and x2 of the paper's section 4, the motion that F is computed for.
     pub fn auxiliary_motion(&self, reference: &Reference<T>, error: &TrackingError<T>) -> AuxiliaryMotion<T> {
         AuxiliaryMotion {
-            acceleration: reference.acceleration - self.error_rate * error.rate,
-            rate: reference.rate - self.error_rate * error.position,
+            acceleration: reference.acceleration - self.error_rate * error.velocity,
+            velocity: reference.velocity - self.error_rate * error.position,
         }
     }
 }
 
 fn check_numbers<T: Scalar>(weights: &Weights<T>) -> Result<(), SynthesisError> {
-    let named = [(&weights.rate, "Q1"), (&weights.position, "Q2"), (&weights.cross, "Q12"), (&weights.control, "R")];
+    let named =
+        [(&weights.velocity, "Q1"), (&weights.position, "Q2"), (&weights.cross, "Q12"), (&weights.control, "R")];
     for (matrix, quantity) in named {
         if !matrix.iter().all(|element| element.is_finite()) {
             return Err(SynthesisError::NotFinite { quantity });
@@ -224,13 +225,13 @@ fn check_numbers<T: Scalar>(weights: &Weights<T>) -> Result<(), SynthesisError> 
 /// Q1 and Q2 as factors.
 fn factors<T: Scalar>(weights: &Weights<T>) -> Result<(Matrix2<T>, Matrix2<T>), SynthesisError> {
     match weights.reading {
-        WeightReading::Factors => Ok((weights.rate, weights.position)),
+        WeightReading::Factors => Ok((weights.velocity, weights.position)),
         WeightReading::Blocks => {
-            check_positive_definite(&weights.rate, "Q1ᵀQ1")?;
+            check_positive_definite(&weights.velocity, "Q1ᵀQ1")?;
             check_positive_definite(&weights.position, "Q2ᵀQ2")?;
-            let q1 = square_root(&weights.rate);
+            let q1 = square_root(&weights.velocity);
             let inverse = q1.try_inverse().ok_or(SynthesisError::NotFinite { quantity: "the inverse of Q1" })?;
-            Ok((q1, inverse * geometric_mean(&weights.rate, &weights.position)))
+            Ok((q1, inverse * geometric_mean(&weights.velocity, &weights.position)))
         }
     }
 }

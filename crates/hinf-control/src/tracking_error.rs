@@ -2,30 +2,35 @@
 
 use crate::{Measurement, Reference};
 use dem_model::Scalar;
-use nalgebra::{Vector2, Vector4};
+use nalgebra::{SVector, Vector4};
 
 /// Measured minus desired motion of the active joints: x̃ of eq. 4.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrackingError<T: Scalar> {
+pub struct TrackingError<T: Scalar, const N: usize = 2> {
     /// q̃̇ = q̇_m − q̇_mᵈ, rad/s.
-    pub rate: Vector2<T>,
+    pub velocity: SVector<T, N>,
     /// q̃ = q_m − q_mᵈ, rad.
-    pub position: Vector2<T>,
+    pub position: SVector<T, N>,
 }
 
-impl<T: Scalar> TrackingError<T> {
+impl<T: Scalar, const N: usize> TrackingError<T, N> {
     /// The error of `measurement` against `reference`.
-    pub fn new(measurement: &Measurement<T>, reference: &Reference<T>) -> Self {
-        Self { rate: measurement.rate - reference.rate, position: measurement.position - reference.position }
-    }
-
-    /// x̃ as one vector, rates first.
-    pub fn state(&self) -> Vector4<T> {
-        Vector4::new(self.rate.x, self.rate.y, self.position.x, self.position.y)
+    pub fn new(measurement: &Measurement<T, N>, reference: &Reference<T, N>) -> Self {
+        Self {
+            velocity: measurement.velocity - reference.velocity,
+            position: measurement.position - reference.position,
+        }
     }
 
     /// ‖x̃‖², rad²/s² and rad² summed as the paper does.
     pub fn norm_squared(&self) -> T {
-        self.rate.norm_squared() + self.position.norm_squared()
+        self.velocity.norm_squared() + self.position.norm_squared()
+    }
+}
+
+impl<T: Scalar> TrackingError<T> {
+    /// x̃ of two joints as one vector, velocities first.
+    pub fn state(&self) -> Vector4<T> {
+        Vector4::new(self.velocity.x, self.velocity.y, self.position.x, self.position.y)
     }
 }

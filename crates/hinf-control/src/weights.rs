@@ -22,8 +22,8 @@ pub enum WeightReading {
 /// Checked by [`Synthesis::new`](crate::Synthesis::new), which is the only reader.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights<T: Scalar> {
-    /// Weight of the rate error q̃̇: Q1 or Q1ᵀQ1, as [`Weights::reading`] says.
-    pub rate: Matrix2<T>,
+    /// Weight of the velocity error q̃̇: Q1 or Q1ᵀQ1, as [`Weights::reading`] says.
+    pub velocity: Matrix2<T>,
     /// Weight of the position error q̃: Q2 or Q2ᵀQ2, as [`Weights::reading`] says.
     pub position: Matrix2<T>,
     /// Cross weight Q12. Never a factor.
@@ -32,7 +32,7 @@ pub struct Weights<T: Scalar> {
     pub control: Matrix2<T>,
     /// Desired disturbance attenuation level γ > 0.
     pub attenuation_level: T,
-    /// What [`Weights::rate`] and [`Weights::position`] are.
+    /// What [`Weights::velocity`] and [`Weights::position`] are.
     pub reading: WeightReading,
 }
 
@@ -44,14 +44,14 @@ const TABLE_3_CONTROL: [f64; 2] = [0.9, 2.5];
 impl<T: Scalar> Weights<T> {
     /// Diagonal weights without cross weight.
     pub fn diagonal(
-        rate: Vector2<T>,
+        velocity: Vector2<T>,
         position: Vector2<T>,
         control: Vector2<T>,
         attenuation_level: T,
         reading: WeightReading,
     ) -> Self {
         Self {
-            rate: Matrix2::from_diagonal(&rate),
+            velocity: Matrix2::from_diagonal(&velocity),
             position: Matrix2::from_diagonal(&position),
             cross: Matrix2::zeros(),
             control: Matrix2::from_diagonal(&control),
@@ -63,7 +63,7 @@ impl<T: Scalar> Weights<T> {
     /// The paper's weights for `law` (Table 3) with γ = 2. The baseline is not in the paper and takes the row of
     /// [`Law::Nonlinear`].
     pub fn table_3(law: Law, reading: WeightReading) -> Self {
-        let (rate, position) = match law {
+        let (velocity, position) = match law {
             Law::Nonlinear | Law::Adaptive | Law::Neural | Law::ComputedTorque => ([0.64, 0.64], [9.0, 7.0]),
             Law::NeuralModel => ([4.0, 4.0], [9.0, 7.0]),
             Law::Fuzzy => ([1.0, 1.0], [9.0, 7.0]),
@@ -71,7 +71,7 @@ impl<T: Scalar> Weights<T> {
         };
         let vector = |[x, y]: [f64; 2]| Vector2::new(T::constant(x), T::constant(y));
         Self::diagonal(
-            vector(rate),
+            vector(velocity),
             vector(position),
             vector(TABLE_3_CONTROL),
             T::constant(PAPER_ATTENUATION_LEVEL),

@@ -28,7 +28,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 fn design(case: &Value) -> Synthesis<f64> {
     let diagonal = |name: &str| Vector2::from_column_slice(&numbers(&case[name]));
     Synthesis::new(&Weights {
-        rate: Matrix2::from_diagonal(&diagonal("Q1")),
+        velocity: Matrix2::from_diagonal(&diagonal("Q1")),
         position: Matrix2::from_diagonal(&diagonal("Q2")),
         cross: Matrix2::zeros(),
         control: Matrix2::from_diagonal(&diagonal("R")),
@@ -88,7 +88,7 @@ fn check(case: &Value) {
     assert_eq!(rows, 101);
     for row in 0..rows {
         let Sample { time, state, command, parameters } = &samples[10 * row];
-        let found: Vec<f64> = state.q.iter().chain(state.rate.iter()).copied().collect();
+        let found: Vec<f64> = state.q.iter().chain(state.velocity.iter()).copied().collect();
         assert!(worst(&found, &numbers(&expected["x"][row])) < TOLERANCE, "{name}: state at {time}");
         let torque = worst(command.torque.as_slice(), &numbers(&expected["tau"][row]));
         assert!(torque < TOLERANCE, "{name}: torque at {time} differs by {torque:e}");

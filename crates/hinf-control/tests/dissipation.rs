@@ -96,20 +96,20 @@ fn learning_sample<const P: usize>(
     };
     let (inertia, coriolis) = match form {
         NominalForm::ActiveJoints => {
-            let parts = model.partition(&situation.state.q, &situation.state.rate);
+            let parts = model.partition(&situation.state.q, &situation.state.velocity);
             (arm_mass(&model, &situation.state), parts.coriolis_mm)
         }
         NominalForm::Reduced => {
-            let reduced = model.reduced(&situation.state.q, &situation.joint_rate());
+            let reduced = model.reduced(&situation.state.q, &situation.joint_velocity());
             (reduced_mass(&model, &situation.state), reduced.coriolis)
         }
     };
     let known = match nominal {
-        NominalPart::Learnt => inertia.value * motion.acceleration + coriolis * motion.rate,
+        NominalPart::Learnt => inertia.value * motion.acceleration + coriolis * motion.velocity,
         NominalPart::Given(_) => Vector2::zeros(),
     };
     let force = command.torque + situation.disturbance - regressor * truth + known;
-    let acceleration = inertia.value.try_inverse().unwrap() * (force - coriolis * situation.joint_rate());
+    let acceleration = inertia.value.try_inverse().unwrap() * (force - coriolis * situation.joint_velocity());
     // Each joint has parameters of its own, so that κ_k = c/t_k² makes the cross terms cancel for any diagonal T11.
     let gain = proven(design).storage_gain;
     let storage_rate = (0..P).map(|index| {
@@ -272,7 +272,7 @@ fn ratio(
     let design = table_3(Law::Nonlinear, WeightReading::Blocks);
     let mut law = NonlinearHInfinity::new(model, design, mode);
     let start = reference(0.0).position;
-    let mut state = State { q: Vector3::new(0.0, start.x, start.y), rate: Vector3::zeros() };
+    let mut state = State { q: Vector3::new(0.0, start.x, start.y), velocity: Vector3::zeros() };
     let (mut penalty, mut energy, period) = (0.0, 0.0, 1e-3);
     for cycle in 0..duration {
         let time = f64::from(cycle) * period;
@@ -288,8 +288,8 @@ fn ratio(
         let force = Vector3::new(0.0, joint.x, joint.y);
         for _ in 0..20 {
             state = runge_kutta(&state, time, period / 20.0, |_, state| State {
-                q: state.rate,
-                rate: model.forward_dynamics(&state.q, &state.rate, &force),
+                q: state.velocity,
+                velocity: model.forward_dynamics(&state.q, &state.velocity, &force),
             });
         }
     }
@@ -309,8 +309,8 @@ fn the_eliminated_form_fails_the_same_check() {
         model.partition(&q, &q).mass_mm * model.reduced(&q, &Vector2::zeros()).mass.try_inverse().unwrap();
     let offset = design.error_rate().try_inverse().unwrap() * design.control_weight() * amplification * push;
     let situation = Situation {
-        state: State { q: Vector3::zeros(), rate: Vector3::zeros() },
-        reference: Reference { position: -offset, rate: Vector2::zeros(), acceleration: Vector2::zeros() },
+        state: State { q: Vector3::zeros(), velocity: Vector3::zeros() },
+        reference: Reference { position: -offset, velocity: Vector2::zeros(), acceleration: Vector2::zeros() },
         disturbance: push,
     };
     let check = |mode| dissipates(&design, &proven(&design), &nonlinear_sample(mode, &design, &situation));
@@ -321,7 +321,7 @@ fn the_eliminated_form_fails_the_same_check() {
 
 #[test]
 fn the_eliminated_form_loses_the_bound_in_a_run() {
-    let rest = |_| Reference { position: Vector2::zeros(), rate: Vector2::zeros(), acceleration: Vector2::zeros() };
+    let rest = |_| Reference { position: Vector2::zeros(), velocity: Vector2::zeros(), acceleration: Vector2::zeros() };
     let (supremum, direction) = worst_push(&table_3(Law::Nonlinear, WeightReading::Blocks));
     // Small enough to stay near the stretched arm, long enough to come near the supremum.
     let eliminated = ratio(BaseAcceleration::Eliminated, rest, |_| direction * 1e-4, 20_000);

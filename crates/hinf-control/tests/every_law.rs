@@ -63,12 +63,12 @@ impl Cycle {
         let [q2, q3, r2, r3, b0, b1, b2, p2, p3, v2, v3, a2, a3] = self.numbers.map(T::constant);
         let measurement = Measurement {
             position: Vector2::new(q2, q3),
-            rate: Vector2::new(r2, r3),
-            base: BaseMeasurement { position: b0, rate: b1, acceleration: b2 },
+            velocity: Vector2::new(r2, r3),
+            base: BaseMeasurement { position: b0, velocity: b1, acceleration: b2 },
         };
         let reference = Reference {
             position: Vector2::new(p2, p3),
-            rate: Vector2::new(v2, v3),
+            velocity: Vector2::new(v2, v3),
             acceleration: Vector2::new(a2, a3),
         };
         (measurement, reference, T::constant(self.period))
@@ -224,7 +224,7 @@ fn rules_share_the_firing_and_none_fires_far_away() {
         // 0.1 rad/s is nearest to 0 °/s, −0.02 rad to −0.75°: rule 3·1 + 1.
         assert_eq!(strengths.imax(), 4);
         assert_eq!(system.firing_strengths(1e60, 1e60), None);
-        let error = TrackingError { rate: Vector2::new(1e60, 0.0), position: Vector2::new(1e60, 0.0) };
+        let error = TrackingError { velocity: Vector2::new(1e60, 0.0), position: Vector2::new(1e60, 0.0) };
         let regressor = system.regressor(&error);
         assert!(regressor.fell_back);
         assert_eq!(regressor.matrix[(0, 0)], 1.0 / 9.0);

@@ -12,7 +12,7 @@ fn the_paper_moves_from_20_20_to_80_60_degrees() {
     assert_relative_eq!(middle.position, Vector2::new(50.0_f64.to_radians(), 40.0_f64.to_radians()), epsilon = 1e-15);
     // The rate peaks in the middle at 15/8 of the mean.
     let peak = Vector2::new(60.0_f64.to_radians(), 40.0_f64.to_radians()) / 3.0 * 1.875;
-    assert_relative_eq!(middle.rate, peak, epsilon = 1e-15);
+    assert_relative_eq!(middle.velocity, peak, epsilon = 1e-15);
     assert_relative_eq!(middle.acceleration, Vector2::zeros(), epsilon = 1e-15);
 }
 
@@ -59,8 +59,8 @@ proptest! {
         let (before, at, after) = (reference.at(time - step), reference.at(time), reference.at(time + step));
         // Second-order differences: the error is of the order of step² times the third derivative, plus rounding.
         let rate = (after.position - before.position) / (2.0 * step);
-        let acceleration = (after.rate - before.rate) / (2.0 * step);
-        prop_assert!((rate - at.rate).amax() < 1e-6);
+        let acceleration = (after.velocity - before.velocity) / (2.0 * step);
+        prop_assert!((rate - at.velocity).amax() < 1e-6);
         prop_assert!((acceleration - at.acceleration).amax() < 1e-6);
     }
 
@@ -69,7 +69,7 @@ proptest! {
         let reference = QuinticReference::<f64>::paper();
         for (held, posture) in [(reference.at(-time), reference.start()), (reference.at(3.0 + time), reference.end())] {
             prop_assert_eq!(held.position, *posture);
-            prop_assert_eq!(held.rate, Vector2::zeros());
+            prop_assert_eq!(held.velocity, Vector2::zeros());
             prop_assert_eq!(held.acceleration, Vector2::zeros());
         }
     }

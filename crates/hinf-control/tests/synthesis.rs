@@ -63,7 +63,7 @@ fn diagonal_blocks_are_the_squares_of_diagonal_factors() {
 #[test]
 fn the_level_cancels_from_diagonal_feedback() {
     let mut weights = table_3();
-    let error = TrackingError { rate: Vector2::new(0.3, -0.2), position: Vector2::new(-0.1, 0.05) };
+    let error = TrackingError { velocity: Vector2::new(0.3, -0.2), position: Vector2::new(-0.1, 0.05) };
     let torque = |weights: &Weights<f64>| {
         let design = Synthesis::new(weights).unwrap();
         design.t11_inverse() * design.control_input(&error)
@@ -78,13 +78,13 @@ fn the_level_cancels_from_diagonal_feedback() {
 
 #[test]
 fn each_reason_has_its_own_refusal() {
-    assert!(matches!(refusal(|w| w.rate.m11 = f64::NAN), SynthesisError::NotFinite { quantity: "Q1" }));
+    assert!(matches!(refusal(|w| w.velocity.m11 = f64::NAN), SynthesisError::NotFinite { quantity: "Q1" }));
     assert!(matches!(refusal(|w| w.control.m22 = f64::INFINITY), SynthesisError::NotFinite { quantity: "R" }));
     assert!(matches!(refusal(|w| w.attenuation_level = 0.0), SynthesisError::AttenuationLevelNotPositive { .. }));
     assert!(matches!(refusal(|w| w.control.m12 = 0.1), SynthesisError::NotSymmetric { quantity: "R", .. }));
     assert!(matches!(refusal(|w| w.control.m11 = -0.9), SynthesisError::NotPositiveDefinite { quantity: "R", .. }));
     assert!(matches!(refusal(|w| w.control.m22 = 4.0), SynthesisError::ControlWeightTooLarge { .. }));
-    assert!(matches!(refusal(|w| w.rate.m22 = 0.0), SynthesisError::SingularTransformation { .. }));
+    assert!(matches!(refusal(|w| w.velocity.m22 = 0.0), SynthesisError::SingularTransformation { .. }));
     assert!(matches!(refusal(|w| w.cross.m12 = 0.5), SynthesisError::Unsolvable { .. }));
     assert!(matches!(refusal(|w| w.position.m11 = -9.0), SynthesisError::StorageNotPositive { .. }));
     assert!(matches!(refusal(|w| w.cross.m11 = -9.0), SynthesisError::StateWeightNotPositive));
@@ -123,7 +123,7 @@ proptest! {
         rate in positive_definite(), position in positive_definite(), control in positive_definite()
     ) {
         let mut weights = table_3();
-        (weights.rate, weights.position, weights.control) = (rate, position, control);
+        (weights.velocity, weights.position, weights.control) = (rate, position, control);
         weights.attenuation_level = 3.0;
         weights.reading = WeightReading::Blocks;
         let design = Synthesis::new(&weights).unwrap();
@@ -142,7 +142,7 @@ proptest! {
         let q2 = position + Matrix2::identity() * 3.0;
         let product = q1.transpose() * q2;
         let mut weights = table_3();
-        (weights.rate, weights.position, weights.control) = (q1, q2, control);
+        (weights.velocity, weights.position, weights.control) = (q1, q2, control);
         weights.cross = (product - product.transpose()) * 0.5;
         weights.attenuation_level = 3.0;
         let design = Synthesis::new(&weights).unwrap();

@@ -1,7 +1,8 @@
 //! Time that passes when it is told to.
 
 use alloc::sync::Arc;
-use core::sync::atomic::{AtomicU64, Ordering};
+use core::sync::atomic::Ordering;
+use portable_atomic::AtomicU64;
 use uarm_io::time::{Clock, Instant};
 
 /// A clock whose time passes only when somebody sleeps on it, and then at once.
@@ -9,7 +10,7 @@ use uarm_io::time::{Clock, Instant};
 /// Clones are handles of the same time: the loop and the link each hold one.
 ///
 /// ```
-/// use sim::VirtualClock;
+/// use uarm_sim::VirtualClock;
 /// use uarm_io::time::{Clock, Instant};
 ///
 /// let clock = VirtualClock::new();

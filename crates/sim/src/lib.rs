@@ -5,7 +5,7 @@
 //! - **Time is passed in.** Nothing here reads a clock but [`InProcessLink`], through the [`Clock`](uarm_io::time::Clock) that
 //!   it was given. Plant time is whole nanoseconds.
 //! - **One grid.** Plants integrate by RK4 on whole multiples of one [`IntegrationStep`] (100 µs) from plant time zero. How the
-//!   caller cuts time into calls does not show, as long as it cuts on the grid; the instant at which the [`Disturbance`]
+//!   caller cuts time into calls does not show, as long as it cuts on the grid; the instant at which the [`Disturbance`](hinf_control::Disturbance)
 //!   starts is stepped onto exactly, wherever it lies.
 //! - **Lockstep.** With [`Pacing::Lockstep`] the plant moves by one period at each SYNC: what happens does not depend on when
 //!   it happens. A run in virtual time, in real time and over a bus gives the same positions, bit for bit.
@@ -18,12 +18,13 @@
 //! Three drives on the ideal plant, over a link without a wire, in time that passes when it is told to:
 //!
 //! ```
-//! use sim::{
-//!     CountingDirection, DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderMounting, InProcessLink, Pacing,
+//! use uarm_sim::{
+//!     DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderDescription, InProcessLink, Pacing,
 //!     VirtualClock,
 //! };
 //! use std::time::Duration;
 //! use uarm_io::drive::wire::sync_frame;
+//! use uarm_io::encoder::Direction;
 //! use uarm_io::link::Link;
 //! use uarm_io::time::Clock;
 //!
@@ -34,10 +35,10 @@
 //!         rated_torque: 200, // mN·m
 //!         rated_current: 1_500, // mA
 //!         maximum_torque: 1_000, // per mille
-//!         encoder: EncoderMounting {
+//!         direction: Direction::Positive,
+//!         encoder: EncoderDescription {
 //!             counts_per_revolution: 33_739,
 //!             counter_bits: 32,
-//!             direction: CountingDirection::Up,
 //!             zero_offset: 0,
 //!         },
 //!     })
@@ -69,7 +70,6 @@
 //! | [`EmulatedRobot`] | three drives on a plant, sans-I/O: frames and instants in, frames out |
 //! | [`link`] | [`InProcessLink`] to such a robot; [`FaultyLink`] around any link |
 //! | [`VirtualClock`] | time that jumps |
-//! | [`DRIVE_EDS`], [`WIRE_DBC`] | the wire, for other tools; both are held against the code by tests |
 //!
 //! # Not in it
 //!
@@ -92,15 +92,13 @@ pub mod link;
 mod outbox;
 pub mod plant;
 mod robot;
-mod wire_files;
 
 pub use clock::VirtualClock;
-pub use drive::{CountingDirection, DriveDescription, DriveFault, DriveParameters, EmulatedDrive, EncoderMounting};
+pub use drive::{DriveDescription, DriveFault, DriveParameters, EmulatedDrive, EncoderDescription};
 pub use link::{FaultRates, FaultyLink, InProcessError, InProcessLink};
 pub use outbox::{OUTBOX_CAPACITY, Outbox};
 pub use plant::{
-    Brake, DemPlant, Disturbance, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant,
+    Brake, DemPlant, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant,
     UarmImperfections, UarmParameterError, UarmPlant, UarmPlantParameters,
 };
 pub use robot::{EmulatedRobot, Joint, Pacing, RobotError};
-pub use wire_files::{DRIVE_EDS, WIRE_DBC};

@@ -2,9 +2,9 @@
 
 use can_dbc::{ByteOrder, Dbc, MessageId, Signal, ValueType};
 use proptest::prelude::*;
-use sim::WIRE_DBC;
 use std::collections::BTreeMap;
 use uarm_io::drive::cia402::{Controlword, Statusword};
+use uarm_io::drive::wire::FRAMES_DBC;
 use uarm_io::drive::wire::{self, DriveCommand, DriveFeedback, EmergencyMessage};
 use uarm_io::drive::{NmtCommand, NmtState, NodeId};
 use uarm_io::frame::Frame;
@@ -24,7 +24,7 @@ fn decode(signal: &Signal, data: &[u8]) -> i64 {
 
 /// All signals of a frame.
 fn signals(frame: &Frame) -> BTreeMap<String, i64> {
-    let dbc = Dbc::try_from(WIRE_DBC).unwrap();
+    let dbc = Dbc::try_from(FRAMES_DBC).unwrap();
     let message = dbc.messages.iter().find(|message| message.id == MessageId::Standard(frame.id().as_raw()));
     let message = message.unwrap_or_else(|| panic!("no message {:x}", frame.id().as_raw()));
     assert_eq!(message.size, frame.data().len() as u64, "{}", message.name);

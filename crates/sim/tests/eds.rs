@@ -5,10 +5,10 @@ mod support;
 use canopen_rs::object_dictionary::AccessType;
 use canopen_rs::{Address, Value};
 use ini::{Ini, Properties};
-use sim::DRIVE_EDS;
-use sim::drive::{Mappable, OBJECTS};
 use std::collections::BTreeSet;
 use support::drives;
+use uarm_io::drive::wire::DRIVE_EDS;
+use uarm_sim::drive::{Mappable, OBJECTS};
 
 /// Objects whose value differs from drive to drive: the EDS gives no default.
 const DEVICE_SPECIFIC: [(u16, u8); 4] = [(0x6072, 0), (0x6075, 0), (0x6076, 0), (0x608F, 1)];

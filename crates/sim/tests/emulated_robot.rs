@@ -3,14 +3,17 @@
 mod support;
 
 use nalgebra::Vector3;
-use sim::{Brake, DemPlant, DriveFault, EmulatedRobot, InProcessLink, Joint, Pacing, Plant, RobotError, VirtualClock};
 use std::time::Duration;
-use support::{Master, PATIENCE, PERIOD, RATED_TORQUE, drives, lockstep, node, robot};
+use support::{Master, PATIENCE, PERIOD, RATED_TORQUE, drives, drives_mounted, lockstep, node, robot};
 use uarm_io::drive::cia402::{Command, PowerState, Statusword};
 use uarm_io::drive::wire::{self, Channel};
 use uarm_io::drive::{DataType, NmtCommand, NmtState, NodeId, Value};
+use uarm_io::encoder::Direction;
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
+use uarm_sim::{
+    Brake, DemPlant, DriveFault, EmulatedRobot, InProcessLink, Joint, Pacing, Plant, RobotError, VirtualClock,
+};
 
 fn states(master: &Master<InProcessLink<DemPlant, VirtualClock>>) -> [PowerState; 3] {
     Joint::ALL.map(|joint| master.link.robot().drive(joint).power_state())
@@ -90,6 +93,32 @@ fn torque_is_per_mille_of_the_rated_torque_and_limited() {
     master.command(2, Command::SwitchOn, -125);
     assert_eq!(master.link.robot().torque().y, 0.0);
     assert_eq!(master.read(2, 0x6071, 0, DataType::Integer16), Ok(Value::Integer16(0)));
+}
+
+/// A drive mounted in the negative direction is mirrored as a whole: counts and torque, but not what it says of itself.
+#[test]
+fn a_mirrored_drive_mirrors_counts_and_torque() {
+    let directions = [Direction::Positive, Direction::Negative, Direction::Positive];
+    let plant = DemPlant::new(dem_model::ThreeLinkDem::table_2());
+    let robot = EmulatedRobot::new(plant, drives_mounted(directions), lockstep()).unwrap();
+    let clock = VirtualClock::new();
+    let mut master = Master::on(InProcessLink::new(robot, clock.clone()), clock);
+    master.received();
+    master.enable();
+    // Both driven joints start at 20°, which are 1874 counts of 33739 in a revolution.
+    let start = master.sync();
+    assert_eq!([start[1].2, start[2].2], [-1_874, 1_874]);
+    // 125 per mille of 200 mN·m.
+    master.command(2, Command::EnableOperation, 125);
+    master.command(3, Command::EnableOperation, 125);
+    let torque = master.link.robot().torque();
+    approx::assert_relative_eq!(torque, Vector3::new(0.0, -0.025, 0.025), max_relative = 1e-15);
+    assert_eq!(master.read(2, 0x6077, 0, DataType::Integer16), Ok(Value::Integer16(125)));
+    for _ in 0..30 {
+        master.cycle([125, 0]);
+    }
+    assert!(master.position().y < 20.0_f64.to_radians(), "joint 2 turns in the negative direction");
+    assert!(master.sync()[1].2 > -1_874, "and its counter rises, as a positive torque makes it do");
 }
 
 #[test]
@@ -370,8 +399,8 @@ fn what_nobody_receives_is_lost_and_counted() {
     master.write(1, 0x1017, 0, Value::Unsigned16(1)).unwrap();
     master.wait(Duration::from_millis(300));
     let error = master.link.receive(master.clock.now()).unwrap_err();
-    assert_eq!(error, sim::InProcessError::FramesLost { lost: 300 - sim::OUTBOX_CAPACITY as u64 });
-    assert_eq!(master.received().len(), sim::OUTBOX_CAPACITY, "the error is told once");
+    assert_eq!(error, uarm_sim::InProcessError::FramesLost { lost: 300 - uarm_sim::OUTBOX_CAPACITY as u64 });
+    assert_eq!(master.received().len(), uarm_sim::OUTBOX_CAPACITY, "the error is told once");
 }
 
 #[test]

@@ -2,12 +2,12 @@
 
 mod support;
 
-use sim::{DemPlant, FaultRates, FaultyLink, InProcessLink, VirtualClock};
 use std::time::Duration;
 use support::{Master, lockstep, robot};
 use uarm_io::frame::Frame;
 use uarm_io::link::{FrameDirection, Link, ObservedLink};
 use uarm_io::time::Instant;
+use uarm_sim::{DemPlant, FaultRates, FaultyLink, InProcessLink, VirtualClock};
 
 type Faulty = FaultyLink<InProcessLink<DemPlant, VirtualClock>, VirtualClock>;
 
@@ -69,7 +69,7 @@ fn loss_loses() {
     assert_eq!(heard(&mut master), []);
     // 100 SYNCs and heartbeats did not reach the drives, which then have fallen into fault: one emergency each.
     assert_eq!(master.link.counts().lost, 200 + 3);
-    assert_eq!(master.link.inner().robot().brakes(), [sim::Brake::Engaged; 3]);
+    assert_eq!(master.link.inner().robot().brakes(), [uarm_sim::Brake::Engaged; 3]);
 }
 
 #[test]

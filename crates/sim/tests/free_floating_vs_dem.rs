@@ -6,8 +6,8 @@ use dem_model::ThreeLinkDem;
 use dem_model::planar::PlanarSpaceManipulator;
 use nalgebra::Vector3;
 use serde::Deserialize;
-use sim::{Brake, DemPlant, FreeFloatingPlant, InitialState, MechanicalPlant, Mechanism, Plant};
 use std::collections::BTreeMap;
+use uarm_sim::{Brake, DemPlant, FreeFloatingPlant, InitialState, MechanicalPlant, Mechanism, Plant};
 
 /// What two independent implementations reached.
 const TOLERANCE: f64 = 1e-9;
@@ -45,10 +45,10 @@ fn torque(t: f64) -> Vector3<f64> {
 }
 
 fn initial(vectors: &Vectors, case: &Case) -> InitialState {
-    InitialState { position: vectors.q0.into(), rate: case.v0.into() }
+    InitialState { position: vectors.q0.into(), velocity: case.v0.into() }
 }
 
-/// The largest difference of any coordinate or rate from the rows, over the whole motion.
+/// The largest difference of any coordinate or velocity from the rows, over the whole motion.
 fn largest_difference<M: Mechanism<DOF>, const DOF: usize, const COLUMNS: usize>(
     mut plant: MechanicalPlant<M, DOF>,
     times: &[f64],
@@ -60,7 +60,7 @@ fn largest_difference<M: Mechanism<DOF>, const DOF: usize, const COLUMNS: usize>
         let until = Duration::from_millis((time * 1e3).round() as u64);
         plant.advance_under(until, torque, FREE);
         let state = plant.motion_state();
-        for (value, expected) in state.position.iter().chain(state.rate.iter()).zip(row) {
+        for (value, expected) in state.position.iter().chain(state.velocity.iter()).zip(row) {
             largest = largest.max((value - expected).abs());
         }
     }
@@ -114,7 +114,7 @@ fn space_manipulator_and_its_dem_move_alike() {
             space.advance_under(until, torque, FREE);
             dem.advance_under(until, torque, FREE);
             approx::assert_abs_diff_eq!(space.position(), dem.position(), epsilon = 1e-11);
-            approx::assert_abs_diff_eq!(space.rate(), dem.rate(), epsilon = 1e-10);
+            approx::assert_abs_diff_eq!(space.velocity(), dem.velocity(), epsilon = 1e-10);
             approx::assert_abs_diff_eq!(space.kinetic_energy(), dem.kinetic_energy(), epsilon = 1e-12);
         }
     }

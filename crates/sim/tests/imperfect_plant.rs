@@ -4,14 +4,16 @@
 
 use core::time::Duration;
 use dem_model::ThreeLinkDem;
+use hinf_control::Disturbance;
 use hinf_control::{
     AnyController, BaseAcceleration, BaseMeasurement, Controller, ControllerOptions, Law, Measurement,
     PerformanceIndices, QuinticReference, TrackingError, WeightReading, Weights,
 };
 use nalgebra::Vector3;
 use serde_json::Value;
-use sim::drive::Encoder;
-use sim::{Brake, CountingDirection, Disturbance, EncoderMounting, Plant, UarmPlant, UarmPlantParameters};
+use uarm_io::encoder::Direction;
+use uarm_sim::drive::Encoder;
+use uarm_sim::{Brake, EncoderDescription, Plant, UarmPlant, UarmPlantParameters};
 
 /// A quantised loop is chaotic at the count, so that 1 % would be all one can ask of two programs that differ in a rounding.
 /// Here no count differs, and the transcendentals are the same on every machine: what remains is the rounding of sums.
@@ -38,13 +40,8 @@ fn run(law: Law, counts_per_revolution: u32, bandwidth: f64) -> Outcome {
     }
     let mut controller = AnyController::new(law, nominal, &weights, &options).unwrap();
     let reference = QuinticReference::<f64>::paper();
-    let encoder = Encoder::new(EncoderMounting {
-        counts_per_revolution,
-        counter_bits: 32,
-        direction: CountingDirection::Up,
-        zero_offset: 0,
-    })
-    .unwrap();
+    let description = EncoderDescription { counts_per_revolution, counter_bits: 32, zero_offset: 0 };
+    let encoder = Encoder::new(description, Direction::Positive).unwrap();
     let per_count = core::f64::consts::TAU / f64::from(counts_per_revolution);
     let measured = |plant: &UarmPlant| plant.position().map(|angle| f64::from(encoder.counts(angle)) * per_count);
     let period = PERIOD.as_secs_f64();
@@ -57,8 +54,8 @@ fn run(law: Law, counts_per_revolution: u32, bandwidth: f64) -> Outcome {
         rate += ((position - last) / period - rate) * smoothing;
         let measurement = Measurement {
             position: position.yz(),
-            rate: rate.yz(),
-            base: BaseMeasurement { position: position.x, rate: rate.x, acceleration: 0.0 },
+            velocity: rate.yz(),
+            base: BaseMeasurement { position: position.x, velocity: rate.x, acceleration: 0.0 },
         };
         let wanted = reference.at(f64::from(k) * period);
         let elapsed = if k == 0 { 0.0 } else { period };

@@ -2,7 +2,6 @@
 
 mod support;
 
-use sim::{Brake, DemPlant, DriveFault, InProcessLink, Joint, Pacing, Plant, VirtualClock};
 use std::time::Duration;
 use support::{PERIOD, RATED_TORQUE, drives, lockstep, robot};
 use uarm_io::drive::cia402::PowerState;
@@ -11,13 +10,14 @@ use uarm_io::drive::{Address, DriveNetwork, NmtState, Value};
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
 use uarm_io::torque::RatedTorque;
+use uarm_sim::{Brake, DemPlant, DriveFault, InProcessLink, Joint, Pacing, Plant, VirtualClock};
 
 type Network = DriveNetwork<InProcessLink<DemPlant, VirtualClock>, 3>;
 
 fn configuration() -> NetworkConfiguration<3> {
     let drives = drives().map(|drive| DriveConfiguration {
         node: drive.node(),
-        encoder_increments: drive.encoder().mounting().counts_per_revolution,
+        encoder_increments: drive.encoder().description().counts_per_revolution,
         encoder_revolutions: 1,
         rated_torque: RatedTorque::from_millinewton_metres(RATED_TORQUE).unwrap(),
         settings: [Setting::new(Address::new(0x6072, 0), Value::Unsigned16(900))].into_iter().collect(),
@@ -42,7 +42,7 @@ fn cycle(
     network: &mut Network,
     clock: &mut VirtualClock,
     tick: Instant,
-) -> Result<[i32; 3], CycleError<sim::InProcessError>> {
+) -> Result<[i32; 3], CycleError<uarm_sim::InProcessError>> {
     clock.sleep_until(tick);
     network.sync()?;
     let feedback = network.collect(tick + PERIOD / 3)?;
@@ -103,7 +103,7 @@ fn wall_clock_and_lockstep_agree_when_the_master_keeps_time() {
     let bits = |network: &Network| {
         let plant = network.link().robot().plant();
         assert_eq!(plant.time(), PERIOD * 499);
-        (plant.position().map(f64::to_bits), plant.rate().map(f64::to_bits))
+        (plant.position().map(f64::to_bits), plant.velocity().map(f64::to_bits))
     };
     assert_eq!(bits(&lockstep), bits(&wall));
 }

@@ -3,7 +3,6 @@
 mod support;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use sim::{DriveFault, EmulatedRobot, InProcessLink, Joint, UarmPlant, UarmPlantParameters, VirtualClock};
 use std::time::Duration;
 use support::{PERIOD, drives, lockstep, node};
 use uarm_io::drive::NmtCommand;
@@ -11,6 +10,7 @@ use uarm_io::drive::cia402::{Command, Controlword};
 use uarm_io::drive::wire::{self, DriveCommand};
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
+use uarm_sim::{DriveFault, EmulatedRobot, InProcessLink, Joint, UarmPlant, UarmPlantParameters, VirtualClock};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;

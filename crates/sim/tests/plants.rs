@@ -3,17 +3,18 @@
 use core::time::Duration;
 use dem_model::ThreeLinkDem;
 use dem_model::planar::PlanarSpaceManipulator;
+use hinf_control::Disturbance;
 use nalgebra::Vector3;
-use sim::{
-    Brake, DemPlant, Disturbance, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant,
-    UarmPlant, UarmPlantParameters,
+use uarm_sim::{
+    Brake, DemPlant, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant, UarmPlant,
+    UarmPlantParameters,
 };
 
 const FREE: [Brake; 3] = [Brake::Released; 3];
 const HELD: [Brake; 3] = [Brake::Engaged; 3];
 
 fn moving() -> InitialState {
-    InitialState { position: Vector3::new(0.2, 0.4, -0.3), rate: Vector3::new(0.3, -0.6, 0.9) }
+    InitialState { position: Vector3::new(0.2, 0.4, -0.3), velocity: Vector3::new(0.3, -0.6, 0.9) }
 }
 
 fn dem() -> DemPlant {
@@ -48,7 +49,7 @@ fn run<P: Plant>(mut plant: P, calls_per_period: u32) -> P {
 
 fn bits<M: Mechanism<DOF>, const DOF: usize>(plant: &MechanicalPlant<M, DOF>) -> Vec<u64> {
     let state = plant.motion_state();
-    state.position.iter().chain(state.rate.iter()).map(|value| value.to_bits()).collect()
+    state.position.iter().chain(state.velocity.iter()).map(|value| value.to_bits()).collect()
 }
 
 /// 3 ms in 1, 3 and 30 calls: the cuts lie on the grid, the first disturbed period (0.999 s to 1.002 s) is among them.
@@ -84,7 +85,8 @@ fn convergence_is_of_fourth_order() {
         *plant.motion_state()
     };
     let reference = end(100);
-    let error = |step| (end(step).position - reference.position).norm() + (end(step).rate - reference.rate).norm();
+    let error =
+        |step| (end(step).position - reference.position).norm() + (end(step).velocity - reference.velocity).norm();
     // 7 ms and 3.5 ms: t = 1 s lies on neither grid.
     let order = (error(7_000) / error(3_500)).log2();
     assert!((3.7..4.3).contains(&order), "order {order}");
@@ -94,7 +96,7 @@ fn all_brakes_hold<M: Mechanism<DOF>, const DOF: usize>(mut plant: MechanicalPla
     let start = plant.position();
     plant.advance(Duration::from_millis(1_200), &Vector3::new(0.0, 0.5, -0.5), HELD);
     assert_eq!(plant.position(), start);
-    assert_eq!(plant.rate(), Vector3::zeros());
+    assert_eq!(plant.velocity(), Vector3::zeros());
     assert_eq!(plant.time(), Duration::from_millis(1_200));
 }
 
@@ -140,7 +142,7 @@ fn braking_a_joint_in_space_keeps_the_momenta() {
     plant.advance(Duration::from_secs(1), &Vector3::zeros(), [Brake::Released, Brake::Engaged, Brake::Engaged]);
     approx::assert_abs_diff_eq!(plant.linear_momentum().norm(), 0.0, epsilon = 1e-12);
     approx::assert_abs_diff_eq!(plant.angular_momentum(), angular, epsilon = 1e-12);
-    assert!(plant.rate().x.abs() > 0.1, "the locked robot spins: {}", plant.rate());
+    assert!(plant.velocity().x.abs() > 0.1, "the locked robot spins: {}", plant.velocity());
 }
 
 /// Work of the motors = gain of kinetic energy, without friction or disturbance (Simpson's rule for the work).
@@ -151,11 +153,11 @@ fn energy_balance_of_the_ideal_plants() {
         let start = plant.kinetic_energy();
         let mut work = 0.0;
         for pair in 0..5_000_u32 {
-            let before = torque.dot(&plant.rate());
+            let before = torque.dot(&plant.velocity());
             plant.advance(Duration::from_micros(100) * (2 * pair + 1), &torque, FREE);
-            let middle = torque.dot(&plant.rate());
+            let middle = torque.dot(&plant.velocity());
             plant.advance(Duration::from_micros(100) * (2 * pair + 2), &torque, FREE);
-            work += (before + 4.0 * middle + torque.dot(&plant.rate())) * 2e-4 / 6.0;
+            work += (before + 4.0 * middle + torque.dot(&plant.velocity())) * 2e-4 / 6.0;
         }
         plant.kinetic_energy() - start - work
     }
@@ -170,7 +172,7 @@ fn acceleration_is_that_of_the_model() {
     let model = ThreeLinkDem::table_2();
     let plant = DemPlant::new(model).with_initial_state(moving());
     let torque = Vector3::new(0.0, 0.04, -0.03);
-    let expected = model.forward_dynamics(&moving().position, &moving().rate, &torque);
+    let expected = model.forward_dynamics(&moving().position, &moving().velocity, &torque);
     approx::assert_relative_eq!(plant.acceleration(&torque, FREE), expected, max_relative = 1e-12);
     assert_eq!(plant.acceleration(&torque, HELD), Vector3::zeros());
 }

@@ -81,22 +81,25 @@ impl CounterWidth {
     }
 }
 
-/// Which way the counter runs against the joint.
+/// Which way a drive is mounted on its joint: the sign between the drive's counts and torques and the joint's.
+///
+/// With the feature `serde` it is the text `"positive"` or `"negative"`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Direction {
-    /// Counts, or torques, grow with the joint's positive direction.
+    /// Counts grow when the joint turns in its positive direction, and a positive torque turns it that way.
     #[default]
-    Same,
-    /// They grow against it.
-    Reversed,
+    Positive,
+    /// Counts fall when the joint turns in its positive direction, and a positive torque turns it the other way.
+    Negative,
 }
 
 impl Direction {
-    /// `value`, negated if reversed.
+    /// `value` with the direction's sign: unchanged for [`Direction::Positive`], negated for [`Direction::Negative`].
     pub fn apply<V: core::ops::Neg<Output = V>>(self, value: V) -> V {
         match self {
-            Self::Same => value,
-            Self::Reversed => -value,
+            Self::Positive => value,
+            Self::Negative => -value,
         }
     }
 }
@@ -104,22 +107,26 @@ impl Direction {
 /// How fast a joint can turn, as far as the plausibility of its counts goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JumpLimit {
-    rate: f64,
+    velocity: f64,
     margin: u32,
 }
 
 impl JumpLimit {
-    /// A change of up to `rate` rad/s × elapsed time, plus `margin` counts, is believed.
+    /// A change of up to `velocity` rad/s × elapsed time, plus `margin` counts, is believed.
     ///
     /// # Errors
-    /// [`EncoderError::JumpRate`] unless `rate` is finite and above zero.
-    pub fn new(rate: f64, margin: u32) -> Result<Self, EncoderError> {
-        if rate.is_finite() && rate > 0.0 { Ok(Self { rate, margin }) } else { Err(EncoderError::JumpRate { rate }) }
+    /// [`EncoderError::JumpVelocity`] unless `velocity` is finite and above zero.
+    pub fn new(velocity: f64, margin: u32) -> Result<Self, EncoderError> {
+        if velocity.is_finite() && velocity > 0.0 {
+            Ok(Self { velocity, margin })
+        } else {
+            Err(EncoderError::JumpVelocity { velocity })
+        }
     }
 
     #[allow(clippy::as_conversions)] // float to integer `as` saturates
     fn counts(self, resolution: f64, elapsed: Duration) -> i64 {
-        let turned = libm_floor(self.rate * elapsed.as_secs_f64() / resolution) as i64;
+        let turned = libm_floor(self.velocity * elapsed.as_secs_f64() / resolution) as i64;
         turned.saturating_add(i64::from(self.margin))
     }
 }
@@ -131,7 +138,7 @@ pub struct EncoderConfiguration {
     pub counts_per_revolution: CountsPerRevolution,
     /// Bits of the counter.
     pub counter_width: CounterWidth,
-    /// Which way it counts.
+    /// Which way it counts when the joint turns in its positive direction.
     pub direction: Direction,
     /// The counter's value where the joint angle is zero.
     pub zero: i32,
@@ -166,10 +173,10 @@ pub enum EncoderError {
         bits: u8,
     },
     /// See [`JumpLimit::new`].
-    #[error("a greatest joint rate of {rate} rad/s, expected a finite one above zero")]
-    JumpRate {
+    #[error("a greatest joint velocity of {velocity} rad/s, expected a finite one above zero")]
+    JumpVelocity {
         /// Found.
-        rate: f64,
+        velocity: f64,
     },
     /// The counter changed by more than the joint can have turned.
     #[error("the counter went by {change} counts in {elapsed:?}, the joint cannot turn more than {limit}")]

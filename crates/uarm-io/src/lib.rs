@@ -1,21 +1,21 @@
-//! From encoder counts to rates, from torques to drives.
+//! From encoder counts to joint velocities, from torques to drives.
 //!
 //! ```
 //! use uarm_io::bus_time::{BitRate, BusTime};
 //! use uarm_io::encoder::CountsPerRevolution;
-//! use uarm_io::estimator::{LowPassDerivative, RateEstimator};
+//! use uarm_io::estimator::{LowPassDerivative, VelocityEstimator};
 //! use uarm_io::time::Duration;
 //! use uarm_io::torque::{RatedTorque, TorqueCeiling, TorqueScale};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! // Counts to angles, angles to a rate: a joint that turns 10 counts every 3 ms.
+//! // Counts to angles, angles to a velocity: a joint that turns 10 counts every 3 ms.
 //! let encoder = CountsPerRevolution::new(8_000)?;
-//! let mut estimator = LowPassDerivative::<f64>::new(27.8)?;
-//! let mut rate = 0.0;
+//! let mut estimator = VelocityEstimator::new(LowPassDerivative::new(27.8)?);
+//! let mut velocity = 0.0;
 //! for cycle in 0..200 {
 //!     let angle = f64::from(10 * cycle) * encoder.resolution();
-//!     rate = estimator.update(angle, 0.003).rate;
+//!     velocity = estimator.update(angle, 0.003).velocity;
 //! }
-//! assert!((rate - 10.0 * encoder.resolution() / 0.003).abs() < 1e-6);
+//! assert!((velocity - 10.0 * encoder.resolution() / 0.003).abs() < 1e-6);
 //!
 //! // A torque to the per mille that a drive takes.
 //! let scale = TorqueScale {
@@ -38,7 +38,7 @@
 //! |---|---|
 //! | [`frame`], [`link`], [`time`] | the contracts: a frame, a way to send and receive it, a clock |
 //! | [`encoder`] | counters that wrap → counts → angles |
-//! | [`estimator`] | angles → rates and accelerations, four ways |
+//! | [`estimator`] | angles → velocities and accelerations, four ways |
 //! | [`torque`] | N·m ↔ per mille of the rated torque |
 //! | [`bus_time`] | worst-case bus time of a cycle |
 //! | [`drive`] | CiA 402 drives on CANopen: objects, wire, states, and their master |
@@ -66,7 +66,6 @@ pub mod link;
 pub mod monotonic;
 #[cfg(feature = "std")]
 pub mod probe;
-pub mod real;
 #[cfg(feature = "std")]
 pub mod realtime;
 #[cfg(feature = "std")]

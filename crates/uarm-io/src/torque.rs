@@ -96,7 +96,7 @@ pub enum Saturation {
 pub struct TorqueScale {
     /// 1000 per mille.
     pub rated_torque: RatedTorque,
-    /// Which way the motor turns the joint.
+    /// Which way a positive torque of the drive turns the joint.
     pub direction: Direction,
     /// The most that is sent.
     pub ceiling: TorqueCeiling,
@@ -145,15 +145,25 @@ mod tests {
 
     #[test]
     fn halves_round_away_from_zero() {
-        let scale = scale(1000, Direction::Same);
+        let scale = scale(1000, Direction::Positive);
         let per_mille = [0.0004, 0.0005, -0.0005, 0.0706, -0.0706].map(|t| scale.to_drive(t).unwrap().per_mille);
         assert_eq!(per_mille, [0, 1, -1, 71, -71]);
     }
 
     #[test]
+    fn a_negative_direction_negates_torque() {
+        // 0.1 N·m are half of 200 mN·m.
+        let mounted = |direction| scale(200, direction);
+        assert_eq!(mounted(Direction::Positive).to_drive(0.1).unwrap().per_mille, 500);
+        assert_eq!(mounted(Direction::Negative).to_drive(0.1).unwrap().per_mille, -500);
+        assert!((mounted(Direction::Positive).to_joint(500) - 0.1).abs() < 1e-15);
+        assert!((mounted(Direction::Negative).to_joint(500) + 0.1).abs() < 1e-15);
+    }
+
+    #[test]
     fn what_is_no_number_is_refused() {
         for torque in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert!(matches!(scale(200, Direction::Same).to_drive(torque), Err(TorqueError::NotFinite { .. })));
+            assert!(matches!(scale(200, Direction::Positive).to_drive(torque), Err(TorqueError::NotFinite { .. })));
         }
         assert_eq!(RatedTorque::from_millinewton_metres(0), Err(TorqueError::RatedTorque));
         assert_eq!(TorqueCeiling::new(0), Err(TorqueError::Ceiling { per_mille: 0 }));
@@ -162,7 +172,7 @@ mod tests {
     proptest! {
         #[test]
         fn torques_come_back_to_half_a_step(torque in -0.2_f64..0.2, reversed in any::<bool>()) {
-            let scale = scale(200, if reversed { Direction::Reversed } else { Direction::Same });
+            let scale = scale(200, if reversed { Direction::Negative } else { Direction::Positive });
             let target = scale.to_drive(torque).unwrap();
             prop_assert_eq!(target.saturation, Saturation::Within);
             let half_step = 0.5 * scale.rated_torque.per_mille();
@@ -171,13 +181,13 @@ mod tests {
 
         #[test]
         fn every_per_mille_survives(per_mille in -1000_i16..=1000, rated in 1_u32..1_000_000, reversed in any::<bool>()) {
-            let scale = scale(rated, if reversed { Direction::Reversed } else { Direction::Same });
+            let scale = scale(rated, if reversed { Direction::Negative } else { Direction::Positive });
             prop_assert_eq!(scale.to_drive(scale.to_joint(per_mille)).unwrap().per_mille, per_mille);
         }
 
         #[test]
         fn nothing_exceeds_the_ceiling(torque in any::<f64>(), ceiling in 1_i16..=i16::MAX) {
-            let scale = TorqueScale { ceiling: TorqueCeiling::new(ceiling).unwrap(), ..scale(7, Direction::Same) };
+            let scale = TorqueScale { ceiling: TorqueCeiling::new(ceiling).unwrap(), ..scale(7, Direction::Positive) };
             match scale.to_drive(torque) {
                 Ok(target) => prop_assert!(i32::from(target.per_mille).abs() <= i32::from(ceiling)),
                 Err(_) => prop_assert!(!torque.is_finite()),

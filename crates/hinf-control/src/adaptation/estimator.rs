@@ -64,14 +64,14 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> ParameterEstimator<T,
     }
 
     /// The answer to inputs that cannot be worked with: no torque, and Φ stands still over this and the coming step.
-    pub fn fall_back(&mut self) -> Command<T> {
+    pub fn fall_back<const N: usize>(&mut self) -> Command<T, N> {
         self.rate.fill(T::zero());
         self.held = false;
         Command::fallback(AdaptationStatus::default())
     }
 
     /// What the limiter did with the torque of this cycle.
-    pub fn limited(&mut self, joints: LimitedJoints) {
+    pub fn limited<const N: usize>(&mut self, joints: LimitedJoints<N>) {
         let freezes = self.adaptation.anti_windup == AntiWindup::FreezeWhileLimited;
         self.held = freezes && joints.contains(&true);
     }

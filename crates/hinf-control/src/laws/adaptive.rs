@@ -14,7 +14,7 @@
 //! Two joints share parameters here, so that inequality 12 is proven for T11 = tI only: Φ's part of V̇ cancels if
 //! c sᵀΞ = sᵀT11²Ξ. With the paper's R, T11 is diag(0.86, 2.07), and the argument has a gap.
 
-use super::{configuration, rates, state_is_its_estimators};
+use super::{configuration, state_is_its_estimators, velocities};
 use crate::adaptation::{Adaptation, AdaptationWeight, ParameterEstimator, ScalarWeight};
 use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
 use dem_model::{REGRESSOR_PARAMETERS, Scalar, ThreeLinkDem, regressor};
@@ -23,9 +23,9 @@ use nalgebra::Vector2;
 /// How controller 2 has the base acceleration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AdaptiveBaseAcceleration {
-    /// As measured: reads the base rate and acceleration.
+    /// As measured: reads the base velocity and acceleration.
     Measured,
-    /// Eliminated by eqs. 20 and 21: reads the base rate. Where the estimated M_mm or M_bb is singular, falls back to
+    /// Eliminated by eqs. 20 and 21: reads the base velocity. Where the estimated M_mm or M_bb is singular, falls back to
     /// `Omitted` for the cycle.
     #[default]
     Eliminated,
@@ -57,15 +57,19 @@ impl<T: Scalar, Z: AdaptationWeight<T, REGRESSOR_PARAMETERS>> Adaptive<T, Z> {
 
     /// τ_m for τ̄ = `arm_torque`; `None` if an estimated matrix is singular.
     fn with_base(&self, measurement: &Measurement<T>, arm_torque: &Vector2<T>) -> Option<Vector2<T>> {
-        let (q, rates, base) = (configuration(measurement), rates(measurement), &measurement.base);
+        let (q, velocities, base) = (configuration(measurement), velocities(measurement), &measurement.base);
         match self.base_acceleration {
             AdaptiveBaseAcceleration::Measured => {
-                let nominal = self.model.partition(&q, &rates);
-                Some(arm_torque + nominal.base_reaction(base.acceleration, base.rate))
+                let nominal = self.model.partition(&q, &velocities);
+                Some(arm_torque + nominal.base_reaction(base.acceleration, base.velocity))
             }
             AdaptiveBaseAcceleration::Eliminated => {
                 let estimate = self.model.with_regressor_parameters(self.estimator.parameters());
-                estimate.partition(&q, &rates).base_compensated_torque(arm_torque, base.rate, &measurement.rate)
+                estimate.partition(&q, &velocities).base_compensated_torque(
+                    arm_torque,
+                    base.velocity,
+                    &measurement.velocity,
+                )
             }
             AdaptiveBaseAcceleration::Omitted => Some(*arm_torque),
         }
@@ -80,7 +84,8 @@ impl<T: Scalar, Z: AdaptationWeight<T, REGRESSOR_PARAMETERS>> Controller<T> for 
         let mut status = self.estimator.step(period);
         let error = TrackingError::new(measurement, reference);
         let motion = self.synthesis.auxiliary_motion(reference, &error);
-        let regressor = regressor(measurement.position.y, &measurement.rate, &motion.acceleration, &motion.rate);
+        let regressor =
+            regressor(measurement.position.y, &measurement.velocity, &motion.acceleration, &motion.velocity);
         let arm_torque = regressor * self.estimator.parameters() + self.synthesis.feedback_torque(&error);
         let torque = self.with_base(measurement, &arm_torque);
         status.fell_back |= torque.is_none();

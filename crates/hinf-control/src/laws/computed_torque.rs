@@ -74,8 +74,8 @@ impl<T: Scalar> Controller<T> for PdComputedTorque<T> {
             return Command::fallback(adaptation);
         }
         let error = TrackingError::new(measurement, reference);
-        let motion = AuxiliaryMotion { acceleration: reference.acceleration, rate: reference.rate };
-        let control_input = -(self.gains.derivative * error.rate + self.gains.proportional * error.position);
+        let motion = AuxiliaryMotion { acceleration: reference.acceleration, velocity: reference.velocity };
+        let control_input = -(self.gains.derivative * error.velocity + self.gains.proportional * error.position);
         let torque = self.nominal.torque(measurement, &motion) + control_input;
         Command { torque, control_input, adaptation }.or_fallback()
     }

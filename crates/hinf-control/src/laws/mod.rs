@@ -69,12 +69,12 @@ fn configuration<T: Scalar>(measurement: &Measurement<T>) -> Vector3<T> {
     Vector3::new(T::zero(), measurement.position.x, measurement.position.y)
 }
 
-/// q̇ for the model, with the base rate as measured.
-fn rates<T: Scalar>(measurement: &Measurement<T>) -> Vector3<T> {
-    Vector3::new(measurement.base.rate, measurement.rate.x, measurement.rate.y)
+/// q̇ for the model, with the base velocity as measured.
+fn velocities<T: Scalar>(measurement: &Measurement<T>) -> Vector3<T> {
+    Vector3::new(measurement.base.velocity, measurement.velocity.x, measurement.velocity.y)
 }
 
-/// q̇ for the model by a law that knows nothing of the base. M_mm and C_mm do not depend on the base rate.
-fn arm_rates<T: Scalar>(measurement: &Measurement<T>) -> Vector3<T> {
-    Vector3::new(T::zero(), measurement.rate.x, measurement.rate.y)
+/// q̇ for the model by a law that knows nothing of the base. M_mm and C_mm do not depend on the base velocity.
+fn arm_velocities<T: Scalar>(measurement: &Measurement<T>) -> Vector3<T> {
+    Vector3::new(T::zero(), measurement.velocity.x, measurement.velocity.y)
 }

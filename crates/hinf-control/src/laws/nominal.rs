@@ -6,7 +6,7 @@
 //!
 //! Neither reads anything of the base.
 
-use super::{arm_rates, configuration};
+use super::{arm_velocities, configuration};
 use crate::{AuxiliaryMotion, Measurement};
 use dem_model::{Scalar, ThreeLinkDem};
 use nalgebra::Vector2;
@@ -38,12 +38,17 @@ impl<T: Scalar> NominalModel<T> {
     pub fn torque(&self, measurement: &Measurement<T>, motion: &AuxiliaryMotion<T>) -> Vector2<T> {
         let q = configuration(measurement);
         match self.form {
-            NominalForm::ActiveJoints => {
-                self.model.partition(&q, &arm_rates(measurement)).arm_torque(&motion.acceleration, &motion.rate)
-            }
+            NominalForm::ActiveJoints => self
+                .model
+                .partition(&q, &arm_velocities(measurement))
+                .arm_torque(&motion.acceleration, &motion.velocity),
             NominalForm::Reduced => {
                 let no_momentum = T::zero();
-                self.model.reduced(&q, &measurement.rate).arm_torque(&motion.acceleration, &motion.rate, no_momentum)
+                self.model.reduced(&q, &measurement.velocity).arm_torque(
+                    &motion.acceleration,
+                    &motion.velocity,
+                    no_momentum,
+                )
             }
         }
     }

@@ -20,7 +20,7 @@
 //! paper's bound then holds with what a robot can measure: see [`ProvenAttenuation`](crate::ProvenAttenuation). With
 //! `eliminated` it does not: the ratio of eq. 8 reaches about 190 at γ² = 4.
 
-use super::{configuration, has_no_state, rates};
+use super::{configuration, has_no_state, velocities};
 use crate::{AdaptationStatus, Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
 use crate::{AuxiliaryMotion, NominalForm, NominalModel};
 use dem_model::{Scalar, ThreeLinkDem};
@@ -29,16 +29,16 @@ use nalgebra::Vector2;
 /// How controller 1 has the base acceleration that eq. 11 needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BaseAcceleration {
-    /// As measured: reads the base rate and acceleration. Keeps the bound if they are true.
+    /// As measured: reads the base velocity and acceleration. Keeps the bound if they are true.
     Measured,
-    /// Eliminated by eqs. 20 and 21: reads the base rate. Does not keep the bound.
+    /// Eliminated by eqs. 20 and 21: reads the base velocity. Does not keep the bound.
     #[default]
     Eliminated,
     /// Left out, with all of E: reads nothing of the base.
     Omitted,
     /// By the reduced dynamics at zero momentum: reads nothing of the base, keeps the bound from rest.
     Reduced,
-    /// By the reduced dynamics at the momentum that the base rate tells: keeps the bound.
+    /// By the reduced dynamics at the momentum that the base velocity tells: keeps the bound.
     ReducedMomentum,
 }
 
@@ -65,16 +65,16 @@ impl<T: Scalar> NonlinearHInfinity<T> {
     ) -> Option<Vector2<T>> {
         let q = configuration(measurement);
         let base = &measurement.base;
-        let (x1, x2) = (&motion.acceleration, &motion.rate);
+        let (x1, x2) = (&motion.acceleration, &motion.velocity);
         match self.base_acceleration {
             BaseAcceleration::Measured => {
-                let parts = self.model.partition(&q, &rates(measurement));
-                Some(feedback + parts.arm_torque(x1, x2) + parts.base_reaction(base.acceleration, base.rate))
+                let parts = self.model.partition(&q, &velocities(measurement));
+                Some(feedback + parts.arm_torque(x1, x2) + parts.base_reaction(base.acceleration, base.velocity))
             }
             BaseAcceleration::Eliminated => {
-                let parts = self.model.partition(&q, &rates(measurement));
+                let parts = self.model.partition(&q, &velocities(measurement));
                 let arm_torque = feedback + parts.arm_torque(x1, x2);
-                parts.base_compensated_torque(&arm_torque, base.rate, &measurement.rate)
+                parts.base_compensated_torque(&arm_torque, base.velocity, &measurement.velocity)
             }
             BaseAcceleration::Omitted => {
                 let nominal = NominalModel::new(self.model, NominalForm::ActiveJoints);
@@ -85,9 +85,9 @@ impl<T: Scalar> NonlinearHInfinity<T> {
                 Some(feedback + nominal.torque(measurement, motion))
             }
             BaseAcceleration::ReducedMomentum => {
-                let reduced = self.model.reduced(&q, &measurement.rate);
+                let reduced = self.model.reduced(&q, &measurement.velocity);
                 // p = M_bb (q̇_b + A q̇_m)
-                let momentum = reduced.mass_bb * (base.rate + (reduced.base_coupling * measurement.rate).x);
+                let momentum = reduced.mass_bb * (base.velocity + (reduced.base_coupling * measurement.velocity).x);
                 Some(feedback + reduced.arm_torque(x1, x2, momentum))
             }
         }

@@ -24,9 +24,9 @@ pub struct Sample {
 pub fn excess(design: &Synthesis<f64>, proven: &ProvenAttenuation<f64>, sample: &Sample) -> (f64, f64) {
     let Sample { error, error_acceleration, control_input, disturbance, .. } = sample;
     let s = design.filtered_error(error);
-    let s_rate = error_acceleration + design.error_rate() * error.rate;
+    let s_rate = error_acceleration + design.error_rate() * error.velocity;
     let kinetic = proven.storage_gain * (s.dot(&(sample.mass * s_rate)) + 0.5 * s.dot(&(sample.mass_rate * s)));
-    let potential = error.rate.dot(&(design.storage() * error.position));
+    let potential = error.velocity.dot(&(design.storage() * error.position));
     let state = 0.5 * error.state().dot(&(design.state_weight() * error.state()));
     let control = 0.5 * control_input.dot(&(design.control_weight() * control_input));
     let supply = 0.5 * proven.level_squared * (design.t11() * disturbance).norm_squared();
@@ -65,25 +65,25 @@ pub fn situation() -> impl Strategy<Value = Situation> {
     let error = (pair(-small..small), pair(-1.0..1.0), -2.0..2.0_f64);
     // Magnitudes over four decades: what fails at the scale of the errors may hold far above it.
     let disturbance = (pair(-1.0..1.0), -3.0..1.0_f64).prop_map(|(direction, decade)| direction * 10f64.powf(decade));
-    (motion, error, disturbance).prop_map(|((position, rate, acceleration), (dq, dr, base), disturbance)| {
-        let (q, r) = (position + dq, rate + dr);
+    (motion, error, disturbance).prop_map(|((position, velocity, acceleration), (dq, dr, base), disturbance)| {
+        let (q, r) = (position + dq, velocity + dr);
         Situation {
-            state: State { q: Vector3::new(0.3, q.x, q.y), rate: Vector3::new(base, r.x, r.y) },
-            reference: Reference { position, rate, acceleration },
+            state: State { q: Vector3::new(0.3, q.x, q.y), velocity: Vector3::new(base, r.x, r.y) },
+            reference: Reference { position, velocity, acceleration },
             disturbance,
         }
     })
 }
 
 impl Situation {
-    pub fn joint_rate(&self) -> Vector2<f64> {
-        Vector2::new(self.state.rate.y, self.state.rate.z)
+    pub fn joint_velocity(&self) -> Vector2<f64> {
+        Vector2::new(self.state.velocity.y, self.state.velocity.z)
     }
 
     /// Turns the base such that the angular momentum is zero.
     pub fn without_momentum(mut self, model: &ThreeLinkDem<f64>) -> Self {
-        let reduced = model.reduced(&self.state.q, &self.joint_rate());
-        self.state.rate.x = reduced.base_rate(&self.joint_rate(), 0.0);
+        let reduced = model.reduced(&self.state.q, &self.joint_velocity());
+        self.state.velocity.x = reduced.base_rate(&self.joint_velocity(), 0.0);
         self
     }
 
@@ -97,18 +97,19 @@ impl Situation {
     /// The joints' acceleration on the ideal plant under `torque` and the disturbance, and the base's.
     pub fn accelerations(&self, model: &ThreeLinkDem<f64>, torque: &Vector2<f64>) -> Vector3<f64> {
         let joint = torque + self.disturbance;
-        model.forward_dynamics(&self.state.q, &self.state.rate, &Vector3::new(0.0, joint.x, joint.y))
+        model.forward_dynamics(&self.state.q, &self.state.velocity, &Vector3::new(0.0, joint.x, joint.y))
     }
 
     /// The measurement with the true base acceleration for a law that adds E to what it asks for without E. q̈_b depends
     /// on the torque and the torque on q̈_b; with E cancelled, M_mm q̈_m + C_mm q̇_m = τ̄ + d gives both.
     pub fn with_true_base(&self, model: &ThreeLinkDem<f64>, arm_torque: &Vector2<f64>) -> Measurement<f64> {
-        let parts = model.partition(&self.state.q, &self.state.rate);
-        let joint_rate = self.joint_rate();
-        let force = arm_torque + self.disturbance - parts.coriolis_mm * joint_rate;
+        let parts = model.partition(&self.state.q, &self.state.velocity);
+        let joint_velocity = self.joint_velocity();
+        let force = arm_torque + self.disturbance - parts.coriolis_mm * joint_velocity;
         let joints = parts.mass_mm.try_inverse().unwrap() * force;
-        let base_force =
-            (parts.mass_bm * joints).x + parts.coriolis_bb * self.state.rate.x + (parts.coriolis_bm * joint_rate).x;
+        let base_force = (parts.mass_bm * joints).x
+            + parts.coriolis_bb * self.state.velocity.x
+            + (parts.coriolis_bm * joint_velocity).x;
         self.state.measurement(-base_force / parts.mass_bb)
     }
 
@@ -133,13 +134,13 @@ pub struct Masses {
 /// M_mm and its rate.
 pub fn arm_mass(model: &ThreeLinkDem<f64>, state: &State) -> Masses {
     let mass = |q: &Vector3<f64>| model.partition(q, &Vector3::zeros()).mass_mm;
-    Masses { value: mass(&state.q), rate: rate_along(&state.q, &state.rate, mass) }
+    Masses { value: mass(&state.q), rate: rate_along(&state.q, &state.velocity, mass) }
 }
 
 /// M̄ and its rate.
 pub fn reduced_mass(model: &ThreeLinkDem<f64>, state: &State) -> Masses {
     let mass = |q: &Vector3<f64>| model.reduced(q, &Vector2::zeros()).mass;
-    Masses { value: mass(&state.q), rate: rate_along(&state.q, &state.rate, mass) }
+    Masses { value: mass(&state.q), rate: rate_along(&state.q, &state.velocity, mass) }
 }
 
 /// What is proven for a design of Table 3.

@@ -15,30 +15,30 @@ pub const PERIOD: f64 = 0.003;
 /// Integration steps per period, as the reference vectors were made with. They meet t = 1 s.
 pub const SUBSTEPS: u32 = 30;
 
-/// Angles and rates of base, joint 2 and joint 3.
+/// Angles and velocities of base, joint 2 and joint 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
     pub q: Vector3<f64>,
-    pub rate: Vector3<f64>,
+    pub velocity: Vector3<f64>,
 }
 
 impl State {
-    /// The start of the paper's task with the base turning at `base_rate`, rad/s.
-    pub fn paper(base_rate: f64) -> Self {
+    /// The start of the paper's task with the base turning at `base_velocity`, rad/s.
+    pub fn paper(base_velocity: f64) -> Self {
         let start = 20.0_f64.to_radians();
-        Self { q: Vector3::new(0.0, start, start), rate: Vector3::new(base_rate, 0.0, 0.0) }
+        Self { q: Vector3::new(0.0, start, start), velocity: Vector3::new(base_velocity, 0.0, 0.0) }
     }
 
     pub fn measurement(&self, base_acceleration: f64) -> Measurement<f64> {
         Measurement {
             position: Vector2::new(self.q.y, self.q.z),
-            rate: Vector2::new(self.rate.y, self.rate.z),
-            base: BaseMeasurement { position: self.q.x, rate: self.rate.x, acceleration: base_acceleration },
+            velocity: Vector2::new(self.velocity.y, self.velocity.z),
+            base: BaseMeasurement { position: self.q.x, velocity: self.velocity.x, acceleration: base_acceleration },
         }
     }
 
     fn along(&self, slope: &State, time: f64) -> State {
-        State { q: self.q + slope.q * time, rate: self.rate + slope.rate * time }
+        State { q: self.q + slope.q * time, velocity: self.velocity + slope.velocity * time }
     }
 }
 
@@ -49,7 +49,10 @@ pub fn runge_kutta(state: &State, time: f64, step: f64, derivative: impl Fn(f64,
     let k3 = derivative(time + step / 2.0, &state.along(&k2, step / 2.0));
     let k4 = derivative(time + step, &state.along(&k3, step));
     let mean = |a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>, d: Vector3<f64>| (a + b * 2.0 + c * 2.0 + d) / 6.0;
-    state.along(&State { q: mean(k1.q, k2.q, k3.q, k4.q), rate: mean(k1.rate, k2.rate, k3.rate, k4.rate) }, step)
+    state.along(
+        &State { q: mean(k1.q, k2.q, k3.q, k4.q), velocity: mean(k1.velocity, k2.velocity, k3.velocity, k4.velocity) },
+        step,
+    )
 }
 
 /// Eq. 48 from t = 1 s on, N·m at the joints.
@@ -68,7 +71,7 @@ pub fn hold(model: &ThreeLinkDem<f64>, state: &State, time: f64, torque: &Vector
         runge_kutta(&state, time + f64::from(substep) * step, step, |time, state| {
             let joint = torque + paper_disturbance(time);
             let force = Vector3::new(0.0, joint.x, joint.y);
-            State { q: state.rate, rate: model.forward_dynamics(&state.q, &state.rate, &force) }
+            State { q: state.velocity, velocity: model.forward_dynamics(&state.q, &state.velocity, &force) }
         })
     })
 }

@@ -1,4 +1,4 @@
-//! The emulated drive's object dictionary, as one table: the EDS file in `docs/wire` says the same, and a test compares.
+//! The emulated drive's object dictionary, as one table: the EDS file of `uarm-io` says the same, and a test compares.
 
 use super::parameters::DriveParameters;
 use canopen_rs::object_dictionary::AccessType;
@@ -146,7 +146,7 @@ pub const OBJECTS: &[DictionaryEntry] = &[
     entry(0x6076, 0, Rw, |drive| Value::Unsigned32(drive.rated_torque())),
     mapped(Mappable::Transmit, 0x6077, Ro, |_| Value::Integer16(0)),
     entry(0x608F, 0, Const, |_| Value::Unsigned8(2)),
-    entry(0x608F, 1, Ro, |drive| Value::Unsigned32(drive.encoder().mounting().counts_per_revolution)),
+    entry(0x608F, 1, Ro, |drive| Value::Unsigned32(drive.encoder().description().counts_per_revolution)),
     entry(0x608F, 2, Ro, |_| Value::Unsigned32(1)),
     entry(0x60C2, 0, Const, |_| Value::Unsigned8(2)),
     entry(0x60C2, 1, Rw, |_| Value::Unsigned8(1)),

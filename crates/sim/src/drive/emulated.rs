@@ -96,13 +96,15 @@ impl EmulatedDrive {
         if open { Brake::Released } else { Brake::Engaged }
     }
 
-    /// The motor's torque at the joint, N·m: per mille of the rated torque, cut at 6072h.
+    /// The motor's torque at the joint in the joint's positive direction, N·m: per mille of the rated torque, cut at 6072h,
+    /// with the sign of the drive's mounting.
     pub fn torque(&self) -> f64 {
         if self.faults.motor_disconnected {
             return 0.0;
         }
         let rated = self.unsigned(od::RATED_TORQUE.address());
-        f64::from(self.torque_per_mille().applied) * f64::from(rated) / PER_MILLE_OF_MILLI
+        let applied = self.parameters.direction().apply(i32::from(self.torque_per_mille().applied));
+        f64::from(applied) * f64::from(rated) / PER_MILLE_OF_MILLI
     }
 
     /// Boots: boot-up message, then *Pre-operational* and *Switch on disabled*.

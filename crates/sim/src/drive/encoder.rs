@@ -1,26 +1,15 @@
 //! The drive's quadrature encoder: a true angle becomes the count that 6064h shows.
 
 use nalgebra::ComplexField;
+use uarm_io::encoder::Direction;
 
-/// Which way the counter counts when the joint turns in the positive direction of the model.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum CountingDirection {
-    /// Upwards.
-    #[default]
-    Up,
-    /// Downwards.
-    Down,
-}
-
-/// How an encoder is built and mounted, as plain numbers.
+/// How an encoder is built, as plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct EncoderMounting {
+pub struct EncoderDescription {
     /// Quadrature counts per revolution of the joint; 4 ..= 2²⁴.
     pub counts_per_revolution: u32,
     /// Width of the counter, bits; 8 ..= 32. A narrower counter's value is sign-extended to the 32 bits of 6064h.
     pub counter_bits: u8,
-    /// Which way it counts.
-    pub direction: CountingDirection,
     /// What it shows at the model's angle zero, counts.
     pub zero_offset: i32,
 }
@@ -45,39 +34,45 @@ pub enum EncoderError {
 /// An encoder: counts = ±⌊q/D + ½⌋ + offset with D = 2π / counts per revolution, wrapped to the counter's width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Encoder {
-    mounting: EncoderMounting,
+    description: EncoderDescription,
+    direction: Direction,
 }
 
 impl Encoder {
-    /// Checks and takes a mounting.
+    /// An encoder as `description` says, on a drive that is mounted in `direction`.
     ///
     /// # Errors
     /// [`EncoderError`] if a number is out of the range that its field states.
-    pub fn new(mounting: EncoderMounting) -> Result<Self, EncoderError> {
-        let EncoderMounting { counts_per_revolution, counter_bits, .. } = mounting;
+    pub fn new(description: EncoderDescription, direction: Direction) -> Result<Self, EncoderError> {
+        let EncoderDescription { counts_per_revolution, counter_bits, .. } = description;
         if !(4..=1 << 24).contains(&counts_per_revolution) {
             return Err(EncoderError::CountsPerRevolution { found: counts_per_revolution });
         }
         if !(8..=32).contains(&counter_bits) {
             return Err(EncoderError::CounterBits { found: counter_bits });
         }
-        Ok(Self { mounting })
+        Ok(Self { description, direction })
     }
 
-    /// How it is built and mounted.
-    pub const fn mounting(&self) -> &EncoderMounting {
-        &self.mounting
+    /// How it is built.
+    pub const fn description(&self) -> &EncoderDescription {
+        &self.description
+    }
+
+    /// The sign of its counts against the joint's angle.
+    pub const fn direction(&self) -> Direction {
+        self.direction
     }
 
     /// The counter's value at `angle`, rad; at an angle that is not finite the counter shows its zero offset.
     pub fn counts(&self, angle: f64) -> i32 {
-        let per_count = core::f64::consts::TAU / f64::from(self.mounting.counts_per_revolution);
+        let per_count = core::f64::consts::TAU / f64::from(self.description.counts_per_revolution);
         let steps = whole(ComplexField::floor(angle / per_count + 0.5));
-        let counted = match self.mounting.direction {
-            CountingDirection::Up => steps,
-            CountingDirection::Down => steps.wrapping_neg(),
+        let counted = match self.direction {
+            Direction::Positive => steps,
+            Direction::Negative => steps.wrapping_neg(),
         };
-        sign_extended(counted.wrapping_add(i64::from(self.mounting.zero_offset)), self.mounting.counter_bits)
+        sign_extended(counted.wrapping_add(i64::from(self.description.zero_offset)), self.description.counter_bits)
     }
 }
 
@@ -100,13 +95,14 @@ mod tests {
     use core::f64::consts::TAU;
     use proptest::prelude::*;
 
-    fn encoder(counter_bits: u8, direction: CountingDirection, zero_offset: i32) -> Encoder {
-        Encoder::new(EncoderMounting { counts_per_revolution: 33_739, counter_bits, direction, zero_offset }).unwrap()
+    fn encoder(counter_bits: u8, direction: Direction, zero_offset: i32) -> Encoder {
+        let description = EncoderDescription { counts_per_revolution: 33_739, counter_bits, zero_offset };
+        Encoder::new(description, direction).unwrap()
     }
 
     #[test]
     fn counts_change_half_way_between_two_angles() {
-        let encoder = encoder(32, CountingDirection::Up, 0);
+        let encoder = encoder(32, Direction::Positive, 0);
         let per_count = TAU / 33_739.0;
         assert_eq!(encoder.counts(0.499 * per_count), 0);
         assert_eq!(encoder.counts(0.501 * per_count), 1);
@@ -116,26 +112,33 @@ mod tests {
     }
 
     #[test]
+    fn a_negative_direction_negates_the_count_but_not_the_offset() {
+        let encoder = encoder(32, Direction::Negative, 1_000);
+        assert_eq!(encoder.counts(TAU), 1_000 - 33_739);
+        assert_eq!(encoder.counts(-TAU), 1_000 + 33_739);
+    }
+
+    #[test]
     fn a_narrow_counter_wraps() {
-        let encoder = encoder(16, CountingDirection::Up, 32_767);
+        let encoder = encoder(16, Direction::Positive, 32_767);
         assert_eq!(encoder.counts(0.0), 32_767);
         assert_eq!(encoder.counts(1.1 * TAU / 33_739.0), -32_768);
     }
 
     #[test]
     fn what_no_encoder_has_is_refused() {
-        let mounting = *encoder(32, CountingDirection::Up, 0).mounting();
-        let none = Encoder::new(EncoderMounting { counts_per_revolution: 0, ..mounting });
+        let description = *encoder(32, Direction::Positive, 0).description();
+        let none = Encoder::new(EncoderDescription { counts_per_revolution: 0, ..description }, Direction::Positive);
         assert_eq!(none, Err(EncoderError::CountsPerRevolution { found: 0 }));
-        let wide = Encoder::new(EncoderMounting { counter_bits: 33, ..mounting });
+        let wide = Encoder::new(EncoderDescription { counter_bits: 33, ..description }, Direction::Positive);
         assert_eq!(wide, Err(EncoderError::CounterBits { found: 33 }));
     }
 
     proptest! {
         /// Direction and offset undone, the count stands for the angle to half a count.
         #[test]
-        fn counts_stand_for_the_angle(angle in -50.0..50.0_f64, offset in -1_000_000..1_000_000_i32, up in any::<bool>()) {
-            let (direction, sign) = if up { (CountingDirection::Up, 1.0) } else { (CountingDirection::Down, -1.0) };
+        fn counts_stand_for_the_angle(angle in -50.0..50.0_f64, offset in -1_000_000..1_000_000_i32, positive in any::<bool>()) {
+            let (direction, sign) = if positive { (Direction::Positive, 1.0) } else { (Direction::Negative, -1.0) };
             let counts = encoder(32, direction, offset).counts(angle);
             let read = sign * f64::from(counts - offset) * TAU / 33_739.0;
             prop_assert!((read - angle).abs() <= 0.5 * TAU / 33_739.0 + 1e-12);
@@ -144,8 +147,8 @@ mod tests {
         /// Two counters of different width agree in the bits that both have.
         #[test]
         fn widths_agree_in_their_low_bits(angle in -500.0..500.0_f64, bits in 8_u8..=31) {
-            let wide = encoder(32, CountingDirection::Up, 5).counts(angle);
-            let narrow = encoder(bits, CountingDirection::Up, 5).counts(angle);
+            let wide = encoder(32, Direction::Positive, 5).counts(angle);
+            let narrow = encoder(bits, Direction::Positive, 5).counts(angle);
             prop_assert_eq!(i64::from(wide ^ narrow) & ((1_i64 << bits) - 1), 0);
         }
     }

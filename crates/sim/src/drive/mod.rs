@@ -23,6 +23,6 @@ mod timers;
 pub use dictionary::{DictionaryEntry, Mappable, OBJECTS};
 pub use emulated::EmulatedDrive;
 pub(crate) use emulated::Reaction;
-pub use encoder::{CountingDirection, Encoder, EncoderError, EncoderMounting};
+pub use encoder::{Encoder, EncoderDescription, EncoderError};
 pub use faults::DriveFault;
 pub use parameters::{DriveDescription, DriveError, DriveParameters};

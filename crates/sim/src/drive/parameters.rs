@@ -1,7 +1,8 @@
 //! What an emulated drive is made of.
 
-use super::encoder::{Encoder, EncoderError, EncoderMounting};
+use super::encoder::{Encoder, EncoderDescription, EncoderError};
 use uarm_io::drive::NodeId;
+use uarm_io::encoder::Direction;
 
 /// An emulated drive, as plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,8 +18,11 @@ pub struct DriveDescription {
     pub rated_current: u32,
     /// Largest torque, per mille of the rated one, as 6072h counts it: the drive cuts off what is above.
     pub maximum_torque: u16,
+    /// Which way it is mounted on the joint. [`Direction::Negative`] mirrors the drive as a whole: its counts fall when the
+    /// joint turns in the positive direction, and a positive torque turns the joint in the negative one.
+    pub direction: Direction,
     /// The encoder.
-    pub encoder: EncoderMounting,
+    pub encoder: EncoderDescription,
 }
 
 /// Why a drive is refused.
@@ -67,7 +71,8 @@ impl DriveParameters {
     /// # Errors
     /// [`DriveError`] if a number is out of the range that its field states.
     pub fn new(description: DriveDescription) -> Result<Self, DriveError> {
-        let DriveDescription { node: raw, rated_torque, rated_current, maximum_torque, encoder } = description;
+        let DriveDescription { node: raw, rated_torque, rated_current, maximum_torque, direction, encoder } =
+            description;
         let node =
             NodeId::new(raw).ok().filter(|_| raw <= Self::HIGHEST_NODE).ok_or(DriveError::Node { found: raw })?;
         if rated_torque == 0 {
@@ -76,7 +81,7 @@ impl DriveParameters {
         if rated_current == 0 {
             return Err(DriveError::Zero { node: raw, name: "rated_current" });
         }
-        let encoder = Encoder::new(encoder).map_err(|error| DriveError::Encoder { node: raw, error })?;
+        let encoder = Encoder::new(encoder, direction).map_err(|error| DriveError::Encoder { node: raw, error })?;
         Ok(Self { node, rated_torque, rated_current, maximum_torque, encoder })
     }
 
@@ -100,6 +105,11 @@ impl DriveParameters {
         self.maximum_torque
     }
 
+    /// Which way it is mounted on the joint.
+    pub const fn direction(&self) -> Direction {
+        self.encoder.direction()
+    }
+
     /// The encoder.
     pub const fn encoder(&self) -> &Encoder {
         &self.encoder
@@ -109,7 +119,6 @@ impl DriveParameters {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::drive::CountingDirection;
 
     pub(crate) fn description(node: u8) -> DriveDescription {
         DriveDescription {
@@ -117,12 +126,8 @@ pub(crate) mod tests {
             rated_torque: 200,
             rated_current: 1_000,
             maximum_torque: 1_000,
-            encoder: EncoderMounting {
-                counts_per_revolution: 33_739,
-                counter_bits: 32,
-                direction: CountingDirection::Up,
-                zero_offset: 0,
-            },
+            direction: Direction::Positive,
+            encoder: EncoderDescription { counts_per_revolution: 33_739, counter_bits: 32, zero_offset: 0 },
         }
     }
 

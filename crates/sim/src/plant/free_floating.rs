@@ -75,11 +75,11 @@ impl FreeFloatingManipulator {
         let mut velocity_acceleration = Vector2::zeros();
         for (lever, spin) in body.levers.iter().zip(&SPINS) {
             let (sine, cosine) = ComplexField::sin_cos((spin * q).x);
-            let angular_rate = (spin * state.rate).x;
+            let angular_velocity = (spin * state.velocity).x;
             let along = Vector2::new(cosine, sine) * *lever;
             centre += along;
             jacobian += Vector2::new(-along.y, along.x) * spin;
-            velocity_acceleration -= along * (angular_rate * angular_rate);
+            velocity_acceleration -= along * (angular_velocity * angular_velocity);
         }
         BodyMotion { centre, jacobian, velocity_acceleration }
     }
@@ -91,15 +91,15 @@ impl FreeFloatingManipulator {
 
     /// Linear momentum, kg·m/s.
     pub fn linear_momentum(&self, state: &MotionState<5>) -> Vector2<f64> {
-        self.bodies.iter().map(|body| self.motion(body, state).jacobian * state.rate * body.mass).sum()
+        self.bodies.iter().map(|body| self.motion(body, state).jacobian * state.velocity * body.mass).sum()
     }
 
     /// Angular momentum about the inertial frame's origin, kg·m²/s.
     pub fn angular_momentum(&self, state: &MotionState<5>) -> f64 {
         let of_body = |body: &Body| {
             let motion = self.motion(body, state);
-            let velocity = motion.jacobian * state.rate;
-            body.mass * motion.centre.perp(&velocity) + body.inertia * (body.spin * state.rate).x
+            let velocity = motion.jacobian * state.velocity;
+            body.mass * motion.centre.perp(&velocity) + body.inertia * (body.spin * state.velocity).x
         };
         self.bodies.iter().map(of_body).sum()
     }
@@ -130,15 +130,15 @@ impl Mechanism<5> for FreeFloatingManipulator {
         Vector5::new(0.0, 0.0, torque.x, torque.y, torque.z)
     }
 
-    fn place(&self, position: &Vector3<f64>, rate: &Vector3<f64>) -> MotionState<5> {
+    fn place(&self, position: &Vector3<f64>, velocity: &Vector3<f64>) -> MotionState<5> {
         let mut state = MotionState {
             position: Vector5::new(0.0, 0.0, position.x, position.y, position.z),
-            rate: Vector5::new(0.0, 0.0, rate.x, rate.y, rate.z),
+            velocity: Vector5::new(0.0, 0.0, velocity.x, velocity.y, velocity.z),
         };
         let centre = self.centre_of_mass(&state);
         let velocity = self.linear_momentum(&state) / self.total_mass();
         state.position -= Vector5::new(centre.x, centre.y, 0.0, 0.0, 0.0);
-        state.rate -= Vector5::new(velocity.x, velocity.y, 0.0, 0.0, 0.0);
+        state.velocity -= Vector5::new(velocity.x, velocity.y, 0.0, 0.0, 0.0);
         state
     }
 }

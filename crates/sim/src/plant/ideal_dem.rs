@@ -25,7 +25,7 @@ impl Mechanism<3> for IdealDem {
     fn inertial_terms(&self, state: &MotionState<3>) -> InertialTerms<3> {
         InertialTerms {
             mass: self.0.mass_matrix(&state.position),
-            velocity_force: self.0.coriolis_matrix(&state.position, &state.rate) * state.rate,
+            velocity_force: self.0.coriolis_matrix(&state.position, &state.velocity) * state.velocity,
         }
     }
 
@@ -33,7 +33,7 @@ impl Mechanism<3> for IdealDem {
         motor + disturbance
     }
 
-    fn place(&self, position: &Vector3<f64>, rate: &Vector3<f64>) -> MotionState<3> {
-        MotionState { position: *position, rate: *rate }
+    fn place(&self, position: &Vector3<f64>, velocity: &Vector3<f64>) -> MotionState<3> {
+        MotionState { position: *position, velocity: *velocity }
     }
 }

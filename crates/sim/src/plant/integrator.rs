@@ -3,13 +3,13 @@
 use core::time::Duration;
 use nalgebra::SVector;
 
-/// Generalised coordinates and their rates.
+/// Generalised coordinates and their velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionState<const DOF: usize> {
     /// Generalised coordinates, rad or m.
     pub position: SVector<f64, DOF>,
-    /// Their rates, rad/s or m/s.
-    pub rate: SVector<f64, DOF>,
+    /// Their velocities, rad/s or m/s.
+    pub velocity: SVector<f64, DOF>,
 }
 
 /// One step of the classic fourth-order Runge-Kutta method for q̈ = f(s, q, q̇), s the seconds since the step's start.
@@ -19,21 +19,22 @@ pub fn runge_kutta_step<const DOF: usize>(
     acceleration: impl Fn(f64, &MotionState<DOF>) -> SVector<f64, DOF>,
 ) -> MotionState<DOF> {
     let half = 0.5 * step;
-    let moved = |rate: &SVector<f64, DOF>, acceleration: &SVector<f64, DOF>, by: f64| MotionState {
-        position: start.position + rate * by,
-        rate: start.rate + acceleration * by,
+    let moved = |velocity: &SVector<f64, DOF>, acceleration: &SVector<f64, DOF>, by: f64| MotionState {
+        position: start.position + velocity * by,
+        velocity: start.velocity + acceleration * by,
     };
     let a1 = acceleration(0.0, start);
-    let second = moved(&start.rate, &a1, half);
+    let second = moved(&start.velocity, &a1, half);
     let a2 = acceleration(half, &second);
-    let third = moved(&second.rate, &a2, half);
+    let third = moved(&second.velocity, &a2, half);
     let a3 = acceleration(half, &third);
-    let fourth = moved(&third.rate, &a3, step);
+    let fourth = moved(&third.velocity, &a3, step);
     let a4 = acceleration(step, &fourth);
     let sixth = step / 6.0;
     MotionState {
-        position: start.position + (start.rate + (second.rate + third.rate) * 2.0 + fourth.rate) * sixth,
-        rate: start.rate + (a1 + (a2 + a3) * 2.0 + a4) * sixth,
+        position: start.position
+            + (start.velocity + (second.velocity + third.velocity) * 2.0 + fourth.velocity) * sixth,
+        velocity: start.velocity + (a1 + (a2 + a3) * 2.0 + a4) * sixth,
     }
 }
 
@@ -89,23 +90,24 @@ mod tests {
     #[test]
     fn order_is_four() {
         let error = |steps: u32| {
-            let mut state = MotionState { position: SVector::<f64, 1>::new(1.0), rate: SVector::<f64, 1>::new(0.0) };
+            let mut state =
+                MotionState { position: SVector::<f64, 1>::new(1.0), velocity: SVector::<f64, 1>::new(0.0) };
             let step = 1.0 / f64::from(steps);
             for _ in 0..steps {
                 state = runge_kutta_step(&state, step, |_, state| -state.position);
             }
-            (state.position.x - 1.0_f64.cos()).abs() + (state.rate.x + 1.0_f64.sin()).abs()
+            (state.position.x - 1.0_f64.cos()).abs() + (state.velocity.x + 1.0_f64.sin()).abs()
         };
         let order = (error(50) / error(100)).log2();
         assert!((3.9..4.1).contains(&order), "order {order}");
     }
 
-    /// A force that is a polynomial of time of degree two is integrated without error in the rate (Simpson).
+    /// A force that is a polynomial of time of degree two is integrated without error in the velocity (Simpson).
     #[test]
     fn time_within_the_step_reaches_the_force() {
-        let start = MotionState { position: SVector::<f64, 1>::new(0.0), rate: SVector::<f64, 1>::new(0.0) };
+        let start = MotionState { position: SVector::<f64, 1>::new(0.0), velocity: SVector::<f64, 1>::new(0.0) };
         let end = runge_kutta_step(&start, 2.0, |s, _| SVector::<f64, 1>::new(3.0 * s * s));
-        approx::assert_relative_eq!(end.rate.x, 8.0, max_relative = 1e-15);
+        approx::assert_relative_eq!(end.velocity.x, 8.0, max_relative = 1e-15);
     }
 
     #[test]

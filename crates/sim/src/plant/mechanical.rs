@@ -1,8 +1,9 @@
 //! A mechanism, its state and its brakes, moved by the fixed-step integrator.
 
 use super::integrator::{IntegrationStep, MotionState, runge_kutta_step};
-use super::{Brake, Disturbance, Plant};
+use super::{Brake, Plant};
 use core::time::Duration;
+use hinf_control::Disturbance;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 /// The equations of motion M(q) q̈ + h(q, q̇) = f(q, q̇, τ) of a mechanism with `DOF` coordinates, among them three joints.
@@ -21,8 +22,8 @@ pub trait Mechanism<const DOF: usize> {
         disturbance: &Vector3<f64>,
     ) -> SVector<f64, DOF>;
 
-    /// The whole state that belongs to joint angles (rad) and rates (rad/s).
-    fn place(&self, position: &Vector3<f64>, rate: &Vector3<f64>) -> MotionState<DOF>;
+    /// The whole state that belongs to joint angles (rad) and velocities (rad/s).
+    fn place(&self, position: &Vector3<f64>, velocity: &Vector3<f64>) -> MotionState<DOF>;
 }
 
 /// The inertial side of the equations of motion at one state.
@@ -34,20 +35,20 @@ pub struct InertialTerms<const DOF: usize> {
     pub velocity_force: SVector<f64, DOF>,
 }
 
-/// Joint angles and rates at plant time zero.
+/// Joint angles and velocities at plant time zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialState {
     /// Joint angles, rad.
     pub position: Vector3<f64>,
-    /// Joint rates, rad/s.
-    pub rate: Vector3<f64>,
+    /// Joint velocities, rad/s.
+    pub velocity: Vector3<f64>,
 }
 
 impl InitialState {
     /// The paper's start: the base at 0, joints 2 and 3 at 20°, at rest.
     pub fn paper() -> Self {
         let start = 20.0_f64.to_radians();
-        Self { position: Vector3::new(0.0, start, start), rate: Vector3::zeros() }
+        Self { position: Vector3::new(0.0, start, start), velocity: Vector3::zeros() }
     }
 }
 
@@ -79,15 +80,15 @@ type Held<const DOF: usize> = [Brake; DOF];
 impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
     /// The mechanism at plant time zero in the paper's initial state, undisturbed.
     pub fn from_mechanism(mechanism: M) -> Self {
-        let InitialState { position, rate } = InitialState::paper();
-        let state = mechanism.place(&position, &rate);
+        let InitialState { position, velocity } = InitialState::paper();
+        let state = mechanism.place(&position, &velocity);
         Self { mechanism, disturbance: Disturbance::None, step: IntegrationStep::DEFAULT, time: Duration::ZERO, state }
     }
 
     /// The same plant with another start.
     #[must_use]
     pub fn with_initial_state(mut self, initial: InitialState) -> Self {
-        self.state = self.mechanism.place(&initial.position, &initial.rate);
+        self.state = self.mechanism.place(&initial.position, &initial.velocity);
         self
     }
 
@@ -110,20 +111,20 @@ impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
         &self.mechanism
     }
 
-    /// All coordinates and their rates.
+    /// All coordinates and their velocities.
     pub fn motion_state(&self) -> &MotionState<DOF> {
         &self.state
     }
 
     /// Kinetic energy ½ q̇ᵀ M q̇, J.
     pub fn kinetic_energy(&self) -> f64 {
-        let rate = &self.state.rate;
-        0.5 * rate.dot(&(self.mechanism.inertial_terms(&self.state).mass * rate))
+        let velocity = &self.state.velocity;
+        0.5 * velocity.dot(&(self.mechanism.inertial_terms(&self.state).mass * velocity))
     }
 
     /// Joint accelerations, rad/s², now under `torque` (N·m) and the disturbance, with the joints in `brakes` held.
     pub fn acceleration(&self, torque: &Vector3<f64>, brakes: [Brake; 3]) -> Vector3<f64> {
-        let disturbance = self.disturbance.torque(self.time, 0.0);
+        let disturbance = joint_torque(self.disturbance, self.time, 0.0);
         let held = held_coordinates::<M, DOF>(brakes);
         joints::<M, DOF>(&coordinate_acceleration(&self.mechanism, &self.state, torque, &disturbance, &held))
     }
@@ -143,7 +144,7 @@ impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
             let step = (next - self.time).as_secs_f64();
             let start = self.time.as_secs_f64();
             self.state = runge_kutta_step(&self.state, step, |offset, state| {
-                let disturbance = self.disturbance.torque(self.time, offset);
+                let disturbance = joint_torque(self.disturbance, self.time, offset);
                 coordinate_acceleration(&self.mechanism, state, &torque(start + offset), &disturbance, &held)
             });
             self.time = next;
@@ -154,17 +155,17 @@ impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
     fn is_at_rest(&self, held: &Held<DOF>) -> bool {
         let nothing = Vector3::zeros();
         let still = |vector: &SVector<f64, DOF>| vector.iter().all(|entry| *entry == 0.0);
-        still(&self.state.rate)
+        still(&self.state.velocity)
             && still(&coordinate_acceleration(&self.mechanism, &self.state, &nothing, &nothing, held))
     }
 
     fn stop_held_joints(&mut self, held: &Held<DOF>) {
-        let moves = |index: usize| self.state.rate.get(index).is_some_and(|rate| *rate != 0.0);
+        let moves = |index: usize| self.state.velocity.get(index).is_some_and(|velocity| *velocity != 0.0);
         if !held.iter().enumerate().any(|(index, brake)| *brake == Brake::Engaged && moves(index)) {
             return;
         }
         let mass = self.mechanism.inertial_terms(&self.state).mass;
-        self.state.rate = solve_free(mass, mass * self.state.rate, held);
+        self.state.velocity = solve_free(mass, mass * self.state.velocity, held);
     }
 }
 
@@ -177,8 +178,8 @@ impl<M: Mechanism<DOF>, const DOF: usize> Plant for MechanicalPlant<M, DOF> {
         joints::<M, DOF>(&self.state.position)
     }
 
-    fn rate(&self) -> Vector3<f64> {
-        joints::<M, DOF>(&self.state.rate)
+    fn velocity(&self) -> Vector3<f64> {
+        joints::<M, DOF>(&self.state.velocity)
     }
 
     fn advance(&mut self, until: Duration, torque: &Vector3<f64>, brakes: [Brake; 3]) {
@@ -235,4 +236,10 @@ fn solve_free<const DOF: usize>(
         Some(factors) => factors.solve(&right),
         None => SVector::repeat(f64::NAN),
     }
+}
+
+/// The disturbance at the three joints, N·m: none acts on the base.
+fn joint_torque(disturbance: Disturbance, time: Duration, offset: f64) -> Vector3<f64> {
+    let [joint_2, joint_3] = disturbance.torque::<2>(time, offset).into();
+    Vector3::new(0.0, joint_2, joint_3)
 }

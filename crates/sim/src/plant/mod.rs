@@ -9,16 +9,16 @@
 //! | [`FreeFloatingPlant`] | spacecraft and two links, from Newton and Euler, without the DEM | x, y, θ, q2, q3 |
 //!
 //! ```
+//! use hinf_control::Disturbance;
 //! use nalgebra::Vector3;
-//! use sim::{Brake, DemPlant, Disturbance, Plant};
+//! use uarm_sim::{Brake, DemPlant, Plant};
 //! use std::time::Duration;
 //!
 //! let mut plant = DemPlant::new(dem_model::ThreeLinkDem::table_2()).with_disturbance(Disturbance::Paper);
 //! plant.advance(Duration::from_millis(3), &Vector3::new(0.0, 0.05, 0.0), [Brake::Released; 3]);
-//! assert!(plant.rate().y > 0.0 && plant.rate().x < 0.0, "the base turns against the arm");
+//! assert!(plant.velocity().y > 0.0 && plant.velocity().x < 0.0, "the base turns against the arm");
 //! ```
 
-mod disturbance;
 mod free_floating;
 mod ideal_dem;
 mod integrator;
@@ -26,7 +26,6 @@ mod mechanical;
 mod uarm;
 mod uarm_parameters;
 
-pub use disturbance::Disturbance;
 pub use free_floating::{FreeFloatingManipulator, FreeFloatingPlant};
 pub use ideal_dem::{DemPlant, IdealDem};
 pub use integrator::{IntegrationStep, MotionState, runge_kutta_step};
@@ -47,8 +46,8 @@ pub trait Plant {
     /// True joint angles, rad.
     fn position(&self) -> Vector3<f64>;
 
-    /// True joint rates, rad/s.
-    fn rate(&self) -> Vector3<f64>;
+    /// True joint velocities, rad/s.
+    fn velocity(&self) -> Vector3<f64>;
 
     /// Moves on to `until` with `torque` (N·m at the motors) held and the joints in `brakes` held still.
     /// Steps exactly onto `until` and onto every instant at which a disturbance starts.

@@ -37,10 +37,11 @@ impl UarmPlant {
 
 impl Uarm {
     /// Viscous and smoothed Coulomb friction at the joints, N·m.
-    fn friction(&self, rate: &Vector3<f64>) -> Vector3<f64> {
-        let smoothed_sign = rate.map(|rate| ComplexField::tanh(rate / UarmPlantParameters::FRICTION_TRANSITION_RATE));
+    fn friction(&self, velocity: &Vector3<f64>) -> Vector3<f64> {
+        let smoothed_sign =
+            velocity.map(|velocity| ComplexField::tanh(velocity / UarmPlantParameters::FRICTION_TRANSITION_VELOCITY));
         let parameters = &self.parameters;
-        -(parameters.viscous_friction().component_mul(rate)
+        -(parameters.viscous_friction().component_mul(velocity)
             + parameters.coulomb_friction().component_mul(&smoothed_sign))
     }
 
@@ -71,24 +72,25 @@ impl Mechanism<3> for Uarm {
     fn inertial_terms(&self, state: &MotionState<3>) -> InertialTerms<3> {
         InertialTerms {
             mass: self.dem.mass_matrix(&state.position),
-            velocity_force: self.dem.coriolis_matrix(&state.position, &state.rate) * state.rate,
+            velocity_force: self.dem.coriolis_matrix(&state.position, &state.velocity) * state.velocity,
         }
     }
 
     fn applied_force(&self, state: &MotionState<3>, motor: &Vector3<f64>, disturbance: &Vector3<f64>) -> Vector3<f64> {
-        motor * self.parameters.gain() + disturbance + self.friction(&state.rate) + self.tilt_force(&state.position)
+        motor * self.parameters.gain() + disturbance + self.friction(&state.velocity) + self.tilt_force(&state.position)
     }
 
-    fn place(&self, position: &Vector3<f64>, rate: &Vector3<f64>) -> MotionState<3> {
-        MotionState { position: *position, rate: *rate }
+    fn place(&self, position: &Vector3<f64>, velocity: &Vector3<f64>) -> MotionState<3> {
+        MotionState { position: *position, velocity: *velocity }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::{Brake, Disturbance, InitialState, Plant};
+    use crate::plant::{Brake, InitialState, Plant};
     use core::time::Duration;
+    use hinf_control::Disturbance;
     use proptest::prelude::*;
 
     const FREE: [Brake; 3] = [Brake::Released; 3];
@@ -123,11 +125,11 @@ mod tests {
             }
         }
 
-        /// Friction takes energy out at any rate, and vanishes at rest.
+        /// Friction takes energy out at any velocity, and vanishes at rest.
         #[test]
-        fn friction_dissipates(rate in prop::array::uniform3(-3.0..3.0_f64)) {
-            let rate = Vector3::from(rate);
-            prop_assert!(uarm().friction(&rate).dot(&rate) <= 0.0);
+        fn friction_dissipates(velocity in prop::array::uniform3(-3.0..3.0_f64)) {
+            let velocity = Vector3::from(velocity);
+            prop_assert!(uarm().friction(&velocity).dot(&velocity) <= 0.0);
             prop_assert_eq!(uarm().friction(&Vector3::zeros()), Vector3::zeros());
         }
     }
@@ -147,7 +149,7 @@ mod tests {
     /// Power balance: the energy gained is what motors, disturbance and friction did, less what the tilt's potential took.
     #[test]
     fn energy_balance() {
-        let initial = InitialState { position: Vector3::new(0.1, 0.3, 0.4), rate: Vector3::new(-0.2, 0.5, 0.3) };
+        let initial = InitialState { position: Vector3::new(0.1, 0.3, 0.4), velocity: Vector3::new(-0.2, 0.5, 0.3) };
         let mut plant = UarmPlant::new(&ThreeLinkDem::table_2(), UarmPlantParameters::fitted())
             .unwrap()
             .with_initial_state(initial)
@@ -156,10 +158,11 @@ mod tests {
         let uarm = *plant.mechanism();
         let energy = |plant: &UarmPlant| plant.kinetic_energy() + tilt_potential(&uarm, &plant.position());
         let power = |plant: &UarmPlant| {
-            let (rate, time) = (plant.rate(), plant.time());
-            let joint_torque =
-                torque * uarm.parameters.gain() + Disturbance::Paper.torque(time, 0.0) + uarm.friction(&rate);
-            rate.dot(&joint_torque)
+            let (velocity, time) = (plant.velocity(), plant.time());
+            let [joint_2, joint_3] = Disturbance::Paper.torque::<2>(time, 0.0).into();
+            let disturbance = Vector3::new(0.0, joint_2, joint_3);
+            let joint_torque = torque * uarm.parameters.gain() + disturbance + uarm.friction(&velocity);
+            velocity.dot(&joint_torque)
         };
         let start = energy(&plant);
         let mut work = 0.0;

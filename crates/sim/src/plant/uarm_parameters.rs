@@ -43,8 +43,8 @@ pub struct UarmPlantParameters {
 }
 
 impl UarmPlantParameters {
-    /// The rate over which Coulomb friction changes its sign, `c tanh(q̇ / 0.02 rad/s)`: part of the fitted model.
-    pub const FRICTION_TRANSITION_RATE: f64 = 0.02;
+    /// The velocity over which Coulomb friction changes its sign, `c tanh(q̇ / 0.02 rad/s)`: part of the fitted model.
+    pub const FRICTION_TRANSITION_VELOCITY: f64 = 0.02;
 
     /// Checks and takes the parameters.
     ///
@@ -79,7 +79,7 @@ impl UarmPlantParameters {
     /// The fitted plant: friction, scales, gain and tilt chosen so that six controllers give about the indices of Table 4.
     ///
     /// **A fit of 13 parameters to 12 numbers, chosen after 26 fits** (the other parameters are the encoder's resolution and
-    /// the rate filter's bandwidth). It is one robot that could have given the paper's numbers, not the paper's robot.
+    /// the velocity filter's bandwidth). It is one robot that could have given the paper's numbers, not the paper's robot.
     pub const fn fitted() -> Self {
         Self {
             viscous_friction: Vector3::new(0.0402, 0.01192, 0.01192),

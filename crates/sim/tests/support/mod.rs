@@ -3,17 +3,18 @@
 
 use canopen_rs::sdo::{SdoClient, SdoEvent};
 use dem_model::ThreeLinkDem;
-use sim::{
-    CountingDirection, DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderMounting, InProcessLink,
-    Pacing, Plant, VirtualClock,
-};
 use std::time::Duration;
 use uarm_io::drive::cia402::{Command, Controlword, Statusword};
 use uarm_io::drive::wire::{self, Channel, DriveCommand, DriveFeedback};
 use uarm_io::drive::{Address, NmtCommand, NodeId, Value, objects};
+use uarm_io::encoder::Direction;
 use uarm_io::frame::Frame;
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
+use uarm_sim::{
+    DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderDescription, InProcessLink, Pacing, Plant,
+    VirtualClock,
+};
 
 /// The paper's period.
 pub const PERIOD: Duration = Duration::from_millis(3);
@@ -24,18 +25,20 @@ pub const PATIENCE: u16 = 100;
 
 /// The drives of the tests: nodes 1 to 3, the fitted encoder.
 pub fn drives() -> [DriveParameters; 3] {
-    [1, 2, 3].map(|node| {
+    drives_mounted([Direction::Positive; 3])
+}
+
+/// The same drives, each mounted in a direction of its own.
+pub fn drives_mounted(directions: [Direction; 3]) -> [DriveParameters; 3] {
+    let [first, second, third] = directions;
+    [(1, first), (2, second), (3, third)].map(|(node, direction)| {
         DriveParameters::new(DriveDescription {
             node,
             rated_torque: RATED_TORQUE,
             rated_current: 1_500,
             maximum_torque: 1_000,
-            encoder: EncoderMounting {
-                counts_per_revolution: 33_739,
-                counter_bits: 32,
-                direction: CountingDirection::Up,
-                zero_offset: 0,
-            },
+            direction,
+            encoder: EncoderDescription { counts_per_revolution: 33_739, counter_bits: 32, zero_offset: 0 },
         })
         .unwrap()
     })

@@ -21,6 +21,14 @@ use embedded_can::StandardId;
 
 pub use canopen_rs::{EmergencyMessage, NodeId, SyncCounter};
 
+/// The electronic data sheet (CiA 306) of a drive as this master expects it and as `uarm-sim` emulates it: text in the INI
+/// format. A test of `uarm-sim` compares each entry with the emulated drive's object dictionary.
+pub const DRIVE_EDS: &str = include_str!("../../wire/uarm-drive.eds");
+
+/// The frames of the bus as a Vector CAN database (DBC). A test of `uarm-sim` compares its signals with the encoders and
+/// decoders of this module.
+pub const FRAMES_DBC: &str = include_str!("../../wire/uarm.dbc");
+
 /// The SYNC counter runs from 1 to this and starts again: the largest value of 1019h.
 pub const SYNC_COUNTER_OVERFLOW: u8 = 240;
 

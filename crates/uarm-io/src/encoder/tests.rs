@@ -31,7 +31,7 @@ fn ranges_are_checked() {
 #[test]
 fn a_jump_names_its_counts_and_leaves_the_encoder_as_it_was() {
     // 10 rad/s over 3 ms are 38.2 of 8000 counts per revolution; with the margin of 4 that makes 42.
-    let mut encoder = Encoder::new(configuration(8000, 32, Direction::Same, 0));
+    let mut encoder = Encoder::new(configuration(8000, 32, Direction::Positive, 0));
     encoder.update(1000, Duration::ZERO).unwrap();
     assert_eq!(encoder.update(1042, PERIOD), Ok(1042));
     assert_eq!(encoder.update(1085, PERIOD), Err(EncoderError::Jump { change: 43, limit: 42, elapsed: PERIOD }));
@@ -42,7 +42,7 @@ fn a_jump_names_its_counts_and_leaves_the_encoder_as_it_was() {
 
 #[test]
 fn a_gap_that_a_narrow_counter_cannot_bridge_is_refused() {
-    let mut encoder = Encoder::new(configuration(8000, 8, Direction::Same, 0));
+    let mut encoder = Encoder::new(configuration(8000, 8, Direction::Positive, 0));
     encoder.update(0, Duration::ZERO).unwrap();
     let elapsed = Duration::from_millis(10);
     let limit = 127 + 4;
@@ -57,8 +57,17 @@ fn the_count_of_an_angle_rounds_half_up() {
 }
 
 #[test]
+fn a_negative_direction_negates_counts() {
+    let mut encoder = Encoder::new(configuration(8000, 32, Direction::Negative, 0));
+    assert_eq!(encoder.update(-10, Duration::ZERO), Ok(10));
+    assert_eq!(encoder.update(-25, PERIOD), Ok(25));
+    let mut encoder = Encoder::new(configuration(8000, 32, Direction::Negative, 100));
+    assert_eq!(encoder.update(103, Duration::ZERO), Ok(-3));
+}
+
+#[test]
 fn a_known_pose_sets_the_zero() {
-    for direction in [Direction::Same, Direction::Reversed] {
+    for direction in [Direction::Positive, Direction::Negative] {
         let angle = 20_f64.to_radians();
         let configuration = configuration(33_739, 24, direction, 0).referenced(-77_123, angle);
         let mut encoder = Encoder::new(configuration);
@@ -78,7 +87,7 @@ proptest! {
         steps in proptest::collection::vec(-42_i64..=42, 0..300),
         garbage in any::<u32>(),
     ) {
-        let direction = if reversed { Direction::Reversed } else { Direction::Same };
+        let direction = if reversed { Direction::Negative } else { Direction::Positive };
         let mut encoder = Encoder::new(configuration(8000, bits, direction, zero));
         let mut count = start;
         let show = |count: i64| shown(i64::from(zero) + direction.apply(count), bits, garbage);
@@ -92,7 +101,7 @@ proptest! {
     /// Steady turning wraps narrow counters several times, either way.
     #[test]
     fn steady_turning_wraps_exactly(bits in 8_u8..=11, speed in prop_oneof![-42_i64..=-1, 1_i64..=42]) {
-        let mut encoder = Encoder::new(configuration(8000, bits, Direction::Same, 0));
+        let mut encoder = Encoder::new(configuration(8000, bits, Direction::Positive, 0));
         let cycles = 3 * (1 << bits) / speed.abs();
         for cycle in 0..cycles {
             let count = cycle * speed;
@@ -105,7 +114,7 @@ proptest! {
     fn angles_are_multiples_of_the_resolution(angle in -50.0_f64..50.0, counts in 2_000_u32..70_000) {
         let counts = CountsPerRevolution::new(counts).unwrap();
         let step = core::f64::consts::TAU / f64::from(counts.get());
-        let encoder = Encoder::new(configuration(counts.get(), 32, Direction::Same, 0));
+        let encoder = Encoder::new(configuration(counts.get(), 32, Direction::Positive, 0));
         prop_assert_eq!(encoder.angle_of(counts.count_at(angle)), (angle / step + 0.5).floor() * step);
     }
 
@@ -115,7 +124,7 @@ proptest! {
         zero in any::<i32>(),
         readings in proptest::collection::vec((any::<i32>(), 0_u64..u64::MAX), 0..50),
     ) {
-        let mut encoder = Encoder::new(configuration(1 << 30, bits, Direction::Reversed, zero));
+        let mut encoder = Encoder::new(configuration(1 << 30, bits, Direction::Negative, zero));
         for (raw, nanoseconds) in readings {
             let before = encoder.angle();
             if encoder.update(raw, Duration::from_nanos(nanoseconds)).is_err() {

@@ -1,86 +1,82 @@
-//! One type for whichever estimator a robot file names.
+//! One type for whichever method a configuration names.
 
-use super::{
-    Estimate, EstimatorError, EstimatorState, KalmanFilter, KalmanSettings, LowPassDerivative, RateEstimator,
-    RobustDifferentiator, TrackingLoop,
-};
-use crate::real::Real;
+use super::estimate::{Estimate, EstimationMethod, EstimatorError, Real};
+use super::kalman::{KalmanFilter, KalmanSettings};
+use super::levant::LevantDifferentiator;
+use super::low_pass::LowPassDerivative;
+use super::tracking::TrackingLoop;
+use super::velocity::VelocityEstimator;
 
-/// Which estimator, and its settings.
+/// Which method, and its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EstimatorConfiguration {
     /// [`LowPassDerivative`].
     LowPass {
-        /// ω_c, rad/s.
-        corner: f64,
+        /// Cutoff ω_c, rad/s, finite and above zero.
+        cutoff: f64,
     },
     /// [`TrackingLoop`].
     Tracking {
-        /// ω, rad/s.
+        /// Bandwidth ω, rad/s, finite and above zero.
         bandwidth: f64,
     },
     /// [`KalmanFilter`].
     Kalman(KalmanSettings),
-    /// [`RobustDifferentiator`].
-    Robust {
-        /// L, rad/s³.
+    /// [`LevantDifferentiator`].
+    Levant {
+        /// Jerk bound L, rad/s³, finite and above zero.
         jerk_bound: f64,
     },
 }
 
-/// Any of the four estimators, without a heap.
+/// Any of the four methods, without a heap.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum AnyEstimator<T: Real> {
-    /// The paper's.
+pub enum AnyMethod<T: Real> {
+    /// Low-pass derivative: the paper's.
     LowPass(LowPassDerivative<T>),
-    /// α-β-γ.
+    /// α-β-γ tracking loop.
     Tracking(TrackingLoop<T>),
-    /// Kalman.
+    /// Steady-state Kalman filter.
     Kalman(KalmanFilter<T>),
-    /// Levant.
-    Robust(RobustDifferentiator<T>),
+    /// Levant's differentiator.
+    Levant(LevantDifferentiator<T>),
 }
 
-impl<T: Real> AnyEstimator<T> {
-    /// The estimator of a configuration.
+impl<T: Real> AnyMethod<T> {
+    /// The method of a configuration.
     ///
     /// # Errors
-    /// As the constructor of the estimator in question.
+    /// As the constructor of the method in question.
     pub fn new(configuration: &EstimatorConfiguration) -> Result<Self, EstimatorError> {
         Ok(match configuration {
-            EstimatorConfiguration::LowPass { corner } => Self::LowPass(LowPassDerivative::new(*corner)?),
+            EstimatorConfiguration::LowPass { cutoff } => Self::LowPass(LowPassDerivative::new(*cutoff)?),
             EstimatorConfiguration::Tracking { bandwidth } => Self::Tracking(TrackingLoop::new(*bandwidth)?),
             EstimatorConfiguration::Kalman(settings) => Self::Kalman(KalmanFilter::new(settings)?),
-            EstimatorConfiguration::Robust { jerk_bound } => Self::Robust(RobustDifferentiator::new(*jerk_bound)?),
+            EstimatorConfiguration::Levant { jerk_bound } => Self::Levant(LevantDifferentiator::new(*jerk_bound)?),
         })
     }
 }
 
-impl<T: Real> RateEstimator<T> for AnyEstimator<T> {
-    fn update(&mut self, position: T, period: T) -> Estimate<T> {
+impl<T: Real> EstimationMethod<T> for AnyMethod<T> {
+    fn step(&self, last: &Estimate<T>, position: T, period: T) -> Estimate<T> {
         match self {
-            Self::LowPass(estimator) => estimator.update(position, period),
-            Self::Tracking(estimator) => estimator.update(position, period),
-            Self::Kalman(estimator) => estimator.update(position, period),
-            Self::Robust(estimator) => estimator.update(position, period),
+            Self::LowPass(method) => method.step(last, position, period),
+            Self::Tracking(method) => method.step(last, position, period),
+            Self::Kalman(method) => method.step(last, position, period),
+            Self::Levant(method) => method.step(last, position, period),
         }
     }
+}
 
-    fn freeze(&self) -> EstimatorState<T> {
-        match self {
-            Self::LowPass(estimator) => estimator.freeze(),
-            Self::Tracking(estimator) => estimator.freeze(),
-            Self::Kalman(estimator) => estimator.freeze(),
-            Self::Robust(estimator) => estimator.freeze(),
-        }
-    }
+/// An estimator of any of the four methods.
+pub type AnyEstimator<T> = VelocityEstimator<T, AnyMethod<T>>;
 
-    fn thaw(&mut self, state: EstimatorState<T>) {
-        match self {
-            Self::LowPass(estimator) => estimator.thaw(state),
-            Self::Tracking(estimator) => estimator.thaw(state),
-            Self::Kalman(estimator) => estimator.thaw(state),
-            Self::Robust(estimator) => estimator.thaw(state),
-        }
+impl EstimatorConfiguration {
+    /// The estimator of this configuration.
+    ///
+    /// # Errors
+    /// [`EstimatorError`] if a setting is out of its range.
+    pub fn build<T: Real>(&self) -> Result<AnyEstimator<T>, EstimatorError> {
+        AnyMethod::new(self).map(VelocityEstimator::new)
     }
 }

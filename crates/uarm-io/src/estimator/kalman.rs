@@ -1,7 +1,6 @@
 //! The steady-state Kalman filter.
 
-use super::{Estimate, EstimatorError, EstimatorState, RateEstimator, positive};
-use crate::real::Real;
+use super::estimate::{Estimate, EstimationMethod, EstimatorError, Real, positive};
 use nalgebra::{Matrix3, Vector3};
 
 /// What the filter is told of the motion and of the measurement.
@@ -28,7 +27,6 @@ pub struct KalmanFilter<T: Real> {
     /// S T₀⁵ / σ².
     jerk_ratio: T,
     nominal_period: T,
-    state: EstimatorState<T>,
 }
 
 impl<T: Real> KalmanFilter<T> {
@@ -49,19 +47,18 @@ impl<T: Real> KalmanFilter<T> {
             covariance: posterior.map(T::constant),
             jerk_ratio: T::constant(jerk_ratio),
             nominal_period: T::constant(period),
-            state: None,
         })
     }
 
-    /// K(T) for a step of `period` s: angle, rate (1/s) and acceleration (1/s²) per rad of innovation.
+    /// K(T) for a step of `period` s: angle, velocity (1/s) and acceleration (1/s²) per rad of innovation.
     pub fn gain(&self, period: T) -> Vector3<T> {
         let steps = period / self.nominal_period;
         let transition = transition(steps);
         let noise = process_noise(steps) * self.jerk_ratio;
         let prior = transition * self.covariance * transition.transpose() + noise;
         let dimensionless = prior.column(0) / (prior.m11 + T::one());
-        let rate_unit = T::one() / self.nominal_period;
-        dimensionless.component_mul(&Vector3::new(T::one(), rate_unit, rate_unit * rate_unit))
+        let velocity_unit = T::one() / self.nominal_period;
+        dimensionless.component_mul(&Vector3::new(T::one(), velocity_unit, velocity_unit * velocity_unit))
     }
 }
 
@@ -103,32 +100,16 @@ fn solve_riccati(jerk_ratio: f64) -> Option<Matrix3<f64>> {
     None
 }
 
-impl<T: Real> RateEstimator<T> for KalmanFilter<T> {
-    fn update(&mut self, position: T, period: T) -> Estimate<T> {
-        let estimate = match self.state {
-            None => Estimate::at_rest(position),
-            Some(last) if period.is_positive_finite() => {
-                let gain = self.gain(period);
-                let predicted = last.predict(period);
-                let innovation = position - predicted.position;
-                Estimate {
-                    position: predicted.position + gain.x * innovation,
-                    rate: predicted.rate + gain.y * innovation,
-                    acceleration: predicted.acceleration + gain.z * innovation,
-                }
-            }
-            Some(last) => last,
-        };
-        self.state = Some(estimate);
-        estimate
-    }
-
-    fn freeze(&self) -> EstimatorState<T> {
-        self.state
-    }
-
-    fn thaw(&mut self, state: EstimatorState<T>) {
-        self.state = state;
+impl<T: Real> EstimationMethod<T> for KalmanFilter<T> {
+    fn step(&self, last: &Estimate<T>, position: T, period: T) -> Estimate<T> {
+        let gain = self.gain(period);
+        let predicted = last.predict(period);
+        let innovation = position - predicted.position;
+        Estimate {
+            position: predicted.position + gain.x * innovation,
+            velocity: predicted.velocity + gain.y * innovation,
+            acceleration: predicted.acceleration + gain.z * innovation,
+        }
     }
 }
 

@@ -6,16 +6,16 @@ const PERIOD: f64 = 0.003;
 
 fn all() -> [AnyEstimator<f64>; 4] {
     [
-        EstimatorConfiguration::LowPass { corner: 27.81882 },
+        EstimatorConfiguration::LowPass { cutoff: 27.81882 },
         EstimatorConfiguration::Tracking { bandwidth: 60.0 },
         EstimatorConfiguration::Kalman(KalmanSettings {
             jerk_density: 50.0,
             measurement_deviation: 1e-4,
             nominal_period: PERIOD,
         }),
-        EstimatorConfiguration::Robust { jerk_bound: 20.0 },
+        EstimatorConfiguration::Levant { jerk_bound: 20.0 },
     ]
-    .map(|configuration| AnyEstimator::new(&configuration).unwrap())
+    .map(|configuration| configuration.build().unwrap())
 }
 
 /// Runs an estimator over `motion` for `duration`, stepping by what `period` gives, and returns its last estimate and
@@ -47,31 +47,31 @@ fn sequence() -> impl FnMut() -> f64 {
 
 #[test]
 fn settings_are_checked() {
-    for corner in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(LowPassDerivative::<f64>::new(corner).is_err());
-        assert!(TrackingLoop::<f64>::new(corner).is_err());
-        assert!(RobustDifferentiator::<f64>::new(corner).is_err());
-        let settings = KalmanSettings { jerk_density: corner, measurement_deviation: 1e-4, nominal_period: PERIOD };
+    for cutoff in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(LowPassDerivative::<f64>::new(cutoff).is_err());
+        assert!(TrackingLoop::<f64>::new(cutoff).is_err());
+        assert!(LevantDifferentiator::<f64>::new(cutoff).is_err());
+        let settings = KalmanSettings { jerk_density: cutoff, measurement_deviation: 1e-4, nominal_period: PERIOD };
         assert!(KalmanFilter::<f64>::new(&settings).is_err());
     }
     let error = LowPassDerivative::<f64>::new(-1.0).unwrap_err();
-    assert_eq!(std::format!("{error}"), "low-pass corner (rad/s) of -1, expected a finite number above zero");
+    assert_eq!(std::format!("{error}"), "low-pass cutoff (rad/s) of -1, expected a finite number above zero");
 }
 
 /// The low-pass as a sum over its impulse response instead of a recursion: v_n = Σ α (1−α)^(n−k) d_k.
 #[test]
 fn the_low_pass_is_the_convolution_with_its_impulse_response() {
-    let corner = 27.81882;
+    let cutoff = 27.81882;
     let motion = |k: i32| 0.3 * (2.0 * PERIOD * f64::from(k)).sin() + 1e-3 * f64::from(k * 7919 % 13);
-    let mut estimator = LowPassDerivative::new(corner).unwrap();
+    let mut estimator = VelocityEstimator::new(LowPassDerivative::new(cutoff).unwrap());
     estimator.update(motion(0), 0.0);
-    let smoothing = 1.0 - (-corner * PERIOD).exp();
+    let smoothing = 1.0 - (-cutoff * PERIOD).exp();
     for n in 1..400 {
-        let rate = estimator.update(motion(n), PERIOD).rate;
+        let velocity = estimator.update(motion(n), PERIOD).velocity;
         let sum: f64 =
             (1..=n).map(|k| smoothing * (1.0 - smoothing).powi(n - k) * (motion(k) - motion(k - 1)) / PERIOD).sum();
         // 400 terms of size 1 in another order.
-        assert_abs_diff_eq!(rate, sum, epsilon = 1e-12);
+        assert_abs_diff_eq!(velocity, sum, epsilon = 1e-12);
     }
 }
 
@@ -79,28 +79,29 @@ fn the_low_pass_is_the_convolution_with_its_impulse_response() {
 /// difference is that of its time.
 #[test]
 fn the_low_pass_weighs_time_not_steps() {
-    let mut whole = LowPassDerivative::new(30.0).unwrap();
+    let mut whole = VelocityEstimator::new(LowPassDerivative::new(30.0).unwrap());
     let mut halves = whole;
     whole.update(0.0, 0.0);
     halves.update(0.0, 0.0);
     whole.update(0.01, 0.004);
     halves.update(0.005, 0.002);
     halves.update(0.01, 0.002);
-    assert_relative_eq!(whole.freeze().unwrap().rate, halves.freeze().unwrap().rate, max_relative = 1e-14);
+    assert_relative_eq!(whole.freeze().unwrap().velocity, halves.freeze().unwrap().velocity, max_relative = 1e-14);
 }
 
 /// With the measurement at zero the loop's state dies out along its triple pole: (1 − θ z⁻¹)³ x = 0.
 #[test]
 fn the_tracking_loop_has_a_triple_pole() {
-    let mut estimator = TrackingLoop::new(60.0).unwrap();
-    estimator.thaw(Some(Estimate { position: 1.0, rate: -20.0, acceleration: 300.0 }));
+    let mut estimator = VelocityEstimator::new(TrackingLoop::new(60.0).unwrap());
+    estimator.thaw(Some(Estimate { position: 1.0, velocity: -20.0, acceleration: 300.0 }));
     let pole = (-60.0 * PERIOD).exp();
     let mut states = std::vec![estimator.freeze().unwrap()];
     for _ in 0..10 {
         states.push(estimator.update(0.0, PERIOD));
     }
     for window in states.windows(4) {
-        for part in [|x: &Estimate<f64>| x.position, |x: &Estimate<f64>| x.rate, |x: &Estimate<f64>| x.acceleration] {
+        for part in [|x: &Estimate<f64>| x.position, |x: &Estimate<f64>| x.velocity, |x: &Estimate<f64>| x.acceleration]
+        {
             let terms = [part(&window[3]), -3.0 * pole * part(&window[2]), 3.0 * pole * pole * part(&window[1])];
             let sum = terms.iter().sum::<f64>();
             assert_relative_eq!(sum, pole * pole * pole * part(&window[0]), epsilon = 1e-9, max_relative = 1e-9);
@@ -122,8 +123,9 @@ fn a_ramp_is_followed_without_error_however_the_period_varies() {
         let mut random = sequence();
         let (estimate, time) = follow(&mut estimator, |t| 0.1 + 0.5 * t, 4.0, || PERIOD * (0.5 + random()));
         // The linear ones converge exponentially. Levant's keeps a limit cycle of the order L T².
-        let tolerance = if matches!(estimator, AnyEstimator::Robust(_)) { 20.0 * 20.0 * PERIOD * PERIOD } else { 1e-9 };
-        assert_abs_diff_eq!(estimate.rate, 0.5, epsilon = tolerance);
+        let tolerance =
+            if matches!(estimator.method(), AnyMethod::Levant(_)) { 20.0 * 20.0 * PERIOD * PERIOD } else { 1e-9 };
+        assert_abs_diff_eq!(estimate.velocity, 0.5, epsilon = tolerance);
         assert_abs_diff_eq!(estimate.position, 0.1 + 0.5 * time, epsilon = tolerance);
     }
 }
@@ -133,29 +135,29 @@ fn a_constant_acceleration_is_followed_by_those_that_track_it() {
     for mut estimator in all() {
         let mut random = sequence();
         let (estimate, time) = follow(&mut estimator, |t| 0.5 * t * t, 3.0, || PERIOD * (0.5 + random()));
-        match estimator {
+        match estimator.method() {
             // A first-order low-pass lags by 1/ω_c, the backward difference by about half a period.
-            AnyEstimator::LowPass(_) => {
-                assert_abs_diff_eq!(time - estimate.rate, 1.0 / 27.81882, epsilon = PERIOD);
+            AnyMethod::LowPass(_) => {
+                assert_abs_diff_eq!(time - estimate.velocity, 1.0 / 27.81882, epsilon = PERIOD);
             }
-            AnyEstimator::Robust(_) => {
-                assert_abs_diff_eq!(estimate.rate, time, epsilon = 20.0 * 20.0 * PERIOD * PERIOD)
+            AnyMethod::Levant(_) => {
+                assert_abs_diff_eq!(estimate.velocity, time, epsilon = 20.0 * 20.0 * PERIOD * PERIOD)
             }
-            _ => assert_abs_diff_eq!(estimate.rate, time, epsilon = 1e-7),
+            _ => assert_abs_diff_eq!(estimate.velocity, time, epsilon = 1e-7),
         }
     }
 }
 
-/// Levant's accuracy without noise scales as T² for the rate: a quarter of the period, a sixteenth of the error.
+/// Levant's accuracy without noise scales as T² for the velocity: a quarter of the period, a sixteenth of the error.
 #[test]
-fn the_robust_differentiator_keeps_the_order_of_its_accuracy() {
+fn levants_differentiator_keeps_the_order_of_its_accuracy() {
     let worst = |period: f64| {
-        let mut estimator = RobustDifferentiator::new(3.0).unwrap();
+        let mut estimator = VelocityEstimator::new(LevantDifferentiator::new(3.0).unwrap());
         let steps = (6.0 / period) as i32;
         (0..steps)
             .map(|k| {
                 let time = f64::from(k) * period;
-                let error = estimator.update(time.sin(), period).rate - time.cos();
+                let error = estimator.update(time.sin(), period).velocity - time.cos();
                 if time > 4.0 { error.abs() } else { 0.0 }
             })
             .fold(0.0, f64::max)
@@ -181,13 +183,17 @@ fn a_frozen_state_goes_on_to_the_bit() {
 
 #[test]
 fn single_precision_follows_double() {
-    let mut wide = TrackingLoop::<f64>::new(60.0).unwrap();
-    let mut narrow = TrackingLoop::<f32>::new(60.0).unwrap();
+    let mut wide = VelocityEstimator::new(TrackingLoop::<f64>::new(60.0).unwrap());
+    let mut narrow = VelocityEstimator::new(TrackingLoop::<f32>::new(60.0).unwrap());
     for k in 0..1000 {
         let position = (f64::from(k) * PERIOD).sin();
-        let rate = wide.update(position, PERIOD).rate;
+        let velocity = wide.update(position, PERIOD).velocity;
         // β/T magnifies the rounding of an angle of 1 rad to 24 bits some thirty times.
-        assert_abs_diff_eq!(f64::from(narrow.update(position as f32, PERIOD as f32).rate), rate, epsilon = 1e-4);
+        assert_abs_diff_eq!(
+            f64::from(narrow.update(position as f32, PERIOD as f32).velocity),
+            velocity,
+            epsilon = 1e-4
+        );
     }
 }
 
@@ -200,7 +206,7 @@ proptest! {
         for mut estimator in all() {
             for (position, period) in &steps {
                 let estimate = estimator.update(*position, *period);
-                prop_assert!(estimate.position.is_finite() && estimate.rate.is_finite() && estimate.acceleration.is_finite());
+                prop_assert!(estimate.position.is_finite() && estimate.velocity.is_finite() && estimate.acceleration.is_finite());
             }
         }
     }
@@ -223,7 +229,7 @@ proptest! {
             for k in 0..200 {
                 let position = (f64::from(k) * 0.01).sin();
                 let (a, b) = (plain.update(position, PERIOD), moved.update(offset + scale * position, PERIOD));
-                prop_assert!((b.rate - scale * a.rate).abs() < 1e-10);
+                prop_assert!((b.velocity - scale * a.velocity).abs() < 1e-10);
             }
         }
     }

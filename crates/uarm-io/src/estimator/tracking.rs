@@ -1,9 +1,8 @@
 //! The α-β-γ tracking loop.
 
-use super::{Estimate, EstimatorError, EstimatorState, RateEstimator, positive};
-use crate::real::Real;
+use super::estimate::{Estimate, EstimationMethod, EstimatorError, Real, positive};
 
-/// A loop that tracks angle, rate and acceleration, and corrects all three by the innovation r = q − q̂:
+/// A loop that tracks angle, velocity and acceleration, and corrects all three by the innovation r = q − q̂:
 ///
 /// q̂ += α r, q̇̂ += β r / T, q̈̂ += 2γ r / T².
 ///
@@ -13,7 +12,6 @@ use crate::real::Real;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackingLoop<T: Real> {
     bandwidth: T,
-    state: EstimatorState<T>,
 }
 
 impl<T: Real> TrackingLoop<T> {
@@ -22,40 +20,24 @@ impl<T: Real> TrackingLoop<T> {
     /// # Errors
     /// [`EstimatorError::NotPositive`].
     pub fn new(bandwidth: f64) -> Result<Self, EstimatorError> {
-        Ok(Self { bandwidth: positive("tracking bandwidth (rad/s)", bandwidth)?, state: None })
+        Ok(Self { bandwidth: positive("tracking bandwidth (rad/s)", bandwidth)? })
     }
 }
 
-impl<T: Real> RateEstimator<T> for TrackingLoop<T> {
-    fn update(&mut self, position: T, period: T) -> Estimate<T> {
-        let estimate = match self.state {
-            None => Estimate::at_rest(position),
-            Some(last) if period.is_positive_finite() => {
-                let one = T::one();
-                let pole = (-self.bandwidth * period).exp();
-                let decay = one - pole;
-                let predicted = last.predict(period);
-                let innovation = position - predicted.position;
-                let alpha = one - pole * pole * pole;
-                let beta = T::constant(1.5) * decay * decay * (one + pole);
-                let two_gamma = decay * decay * decay;
-                Estimate {
-                    position: predicted.position + alpha * innovation,
-                    rate: predicted.rate + beta * innovation / period,
-                    acceleration: predicted.acceleration + two_gamma * innovation / (period * period),
-                }
-            }
-            Some(last) => last,
-        };
-        self.state = Some(estimate);
-        estimate
-    }
-
-    fn freeze(&self) -> EstimatorState<T> {
-        self.state
-    }
-
-    fn thaw(&mut self, state: EstimatorState<T>) {
-        self.state = state;
+impl<T: Real> EstimationMethod<T> for TrackingLoop<T> {
+    fn step(&self, last: &Estimate<T>, position: T, period: T) -> Estimate<T> {
+        let one = T::one();
+        let pole = (-self.bandwidth * period).exp();
+        let decay = one - pole;
+        let predicted = last.predict(period);
+        let innovation = position - predicted.position;
+        let alpha = one - pole * pole * pole;
+        let beta = T::constant(1.5) * decay * decay * (one + pole);
+        let two_gamma = decay * decay * decay;
+        Estimate {
+            position: predicted.position + alpha * innovation,
+            velocity: predicted.velocity + beta * innovation / period,
+            acceleration: predicted.acceleration + two_gamma * innovation / (period * period),
+        }
     }
 }

@@ -1,0 +1,64 @@
+//! CSV files: every signal of every cycle, one row a cycle. Numbers are written so that reading them back gives the same
+//! bits.
+
+use std::io::{self, Write};
+
+use uarm_loop::record::CycleRecord;
+
+use crate::signals::{Value, signals};
+
+/// The columns that tell when things happened, in nanoseconds after the cycle was due. They stand last: all columns before
+/// them are the same, byte for byte, in any lockstep run of the same experiment.
+pub const TIMING_COLUMNS: [&str; 5] = ["woke_ns", "sync_sent_ns", "counts_in_ns", "torque_out_ns", "done_ns"];
+
+/// Writes cycles, under a header that names the columns: `tick`, the [`signals`], [`TIMING_COLUMNS`].
+///
+/// # Errors
+/// If the output cannot be written.
+pub fn write<const J: usize, const N: usize>(cycles: &[CycleRecord<J, N>], mut output: impl Write) -> io::Result<()> {
+    let Some(first) = cycles.first() else { return output.flush() };
+    write!(output, "tick")?;
+    for signal in signals(first) {
+        write!(output, ",{}", signal.name())?;
+    }
+    writeln!(output, ",{}", TIMING_COLUMNS.join(","))?;
+    for record in cycles {
+        write!(output, "{}", record.tick)?;
+        for signal in signals(record) {
+            match signal.value {
+                Value::Number(number) => write!(output, ",{number}")?,
+                Value::Integer(integer) => write!(output, ",{integer}")?,
+                Value::Flag(flag) => write!(output, ",{}", u8::from(flag))?,
+            }
+        }
+        let instants = &record.instants;
+        for instant in
+            [instants.woke, instants.sync_sent, instants.counts_in, instants.torque_out, instants.done]
+        {
+            write!(output, ",{}", instant.since(instants.scheduled).as_nanos())?;
+        }
+        writeln!(output)?;
+    }
+    output.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_row_has_the_columns_of_the_header() {
+        let mut record = CycleRecord::<3, 2> { tick: 7, time: 0.1, ..CycleRecord::default() };
+        record.set_parameters(&[1.5, -2.5]);
+        record.flags.limited[1] = true;
+        let mut text = Vec::new();
+        write(&[record, record], &mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+        assert_eq!(rows.len(), 3);
+        assert!(rows.iter().all(|row| row.len() == rows[0].len()));
+        let value = |name: &str| rows[1][rows[0].iter().position(|column| *column == name).unwrap()];
+        assert_eq!((value("tick"), value("time_s"), value("phi_2")), ("7", "0.1", "-2.5"));
+        assert_eq!((value("limited_2"), value("limited_3")), ("0", "1"));
+    }
+}

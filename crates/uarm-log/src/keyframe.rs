@@ -1,0 +1,144 @@
+//! Keyframes as messages of `/keyframes`, and back.
+
+use uarm_loop::estimation::JointState;
+use uarm_loop::hinf_control::{FrozenState, STATE_CAPACITY};
+use uarm_loop::keyframe::{Approach, Keyframe};
+use uarm_loop::task_clock::TaskClockState;
+use uarm_loop::uarm_io::encoder::EncoderReading;
+use uarm_loop::uarm_io::estimator::Estimate;
+use uarm_loop::uarm_io::time::Duration;
+
+use crate::proto::{self, keyframe};
+use crate::shape::{ShapeError, array, array_ref};
+use crate::time_axis::TimeAxis;
+
+/// The message of a keyframe.
+pub fn message<const J: usize, const N: usize>(state: &Keyframe<J, N>, axis: TimeAxis) -> proto::Keyframe {
+    let TaskClockState { time, previous_sync, previous_tick } = state.task_clock;
+    proto::Keyframe {
+        after_tick: previous_sync.map(|_| previous_tick),
+        time,
+        sync_sent_ns: previous_sync.map(|sync| axis.at(sync)),
+        joints: state.joints.iter().map(joint).collect(),
+        controller: state.controller.values().to_vec(),
+        torque_applied: state.torque_applied.as_slice().to_vec(),
+        approach: state.approach.map(|approach| keyframe::Approach {
+            from: approach.from.as_slice().to_vec(),
+            duration: approach.duration,
+        }),
+    }
+}
+
+fn joint(state: &JointState) -> keyframe::JointState {
+    keyframe::JointState {
+        encoder: state.encoder.map(|EncoderReading { raw, count, age }| keyframe::EncoderReading {
+            raw,
+            count,
+            age_ns: u64::try_from(age.as_nanos()).unwrap_or(u64::MAX),
+        }),
+        estimate: state.estimator.map(|Estimate { position, velocity, acceleration }| keyframe::Estimate {
+            position,
+            velocity,
+            acceleration,
+        }),
+    }
+}
+
+/// The keyframe of a message.
+///
+/// # Errors
+/// [`ShapeError`] if a field has another number of values than any robot's.
+pub fn state<const J: usize, const N: usize>(message: &proto::Keyframe, axis: TimeAxis) -> Result<Keyframe<J, N>, ShapeError> {
+    let joints: &[keyframe::JointState; J] = array_ref("Keyframe.joints", &message.joints)?;
+    let controller = FrozenState::new(&message.controller).ok_or(ShapeError {
+        field: "Keyframe.controller",
+        found: message.controller.len(),
+        expected: STATE_CAPACITY,
+    })?;
+    Ok(Keyframe {
+        controller,
+        joints: joints.each_ref().map(joint_state),
+        torque_applied: array("Keyframe.torque_applied", &message.torque_applied)?.into(),
+        task_clock: TaskClockState {
+            time: message.time,
+            previous_sync: message.sync_sent_ns.map(|at| axis.instant(at)),
+            previous_tick: message.after_tick.unwrap_or(0),
+        },
+        approach: message
+            .approach
+            .as_ref()
+            .map(|approach| {
+                let from = array("Keyframe.approach.from", &approach.from)?.into();
+                Ok(Approach { from, duration: approach.duration })
+            })
+            .transpose()?,
+    })
+}
+
+fn joint_state(state: &keyframe::JointState) -> JointState {
+    JointState {
+        encoder: state.encoder.as_ref().map(|reading| EncoderReading {
+            raw: reading.raw,
+            count: reading.count,
+            age: Duration::from_nanos(reading.age_ns),
+        }),
+        estimator: state.estimate.as_ref().map(|estimate| Estimate {
+            position: estimate.position,
+            velocity: estimate.velocity,
+            acceleration: estimate.acceleration,
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use uarm_loop::uarm_io::time::Instant;
+
+    prop_compose! {
+        fn any_joint()(
+            encoder in prop::option::of((any::<i32>(), any::<i64>(), any::<u64>())),
+            estimate in prop::option::of(any::<[f64; 3]>()),
+        ) -> JointState {
+            JointState {
+                encoder: encoder.map(|(raw, count, age)| EncoderReading { raw, count, age: Duration::from_nanos(age) }),
+                estimator: estimate.map(|[position, velocity, acceleration]| Estimate { position, velocity, acceleration }),
+            }
+        }
+    }
+
+    prop_compose! {
+        fn any_keyframe()(
+            controller in prop::collection::vec(any::<f64>(), 0..=STATE_CAPACITY),
+            joints in prop::array::uniform3(any_joint()),
+            torque in any::<[f64; 2]>(),
+            time in any::<f64>(),
+            previous in prop::option::of((0..1_u64 << 60, any::<u64>())),
+            approach in prop::option::of(any::<[f64; 3]>()),
+        ) -> Keyframe<3, 2> {
+            Keyframe {
+                controller: FrozenState::new(&controller).unwrap(),
+                joints,
+                torque_applied: torque.into(),
+                task_clock: TaskClockState {
+                    time,
+                    previous_sync: previous.map(|(sync, _)| Instant::from_nanoseconds(sync)),
+                    previous_tick: previous.map_or(0, |(_, tick)| tick),
+                },
+                approach: approach.map(|[second, third, duration]| Approach { from: [second, third].into(), duration }),
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_keyframe_comes_back_bit_for_bit(keyframe in any_keyframe()) {
+            use prost::Message;
+            let axis = TimeAxis::simulated();
+            let bytes = message(&keyframe, axis).encode_to_vec();
+            let read = state(&proto::Keyframe::decode(bytes.as_slice()).unwrap(), axis).unwrap();
+            prop_assert_eq!(read, keyframe);
+        }
+    }
+}

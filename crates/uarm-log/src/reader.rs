@@ -1,0 +1,196 @@
+//! The file, or what is left of it, read.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use mcap::McapError;
+
+use crate::decoder::{Decoder, Item, LoggedNote};
+use crate::description::{Fields, RunDescription};
+use crate::proto;
+use crate::records::{Records, Step};
+use uarm_loop::keyframe::Keyframe;
+use uarm_loop::record::CycleRecord;
+use uarm_loop::recording::FrameRecord;
+
+/// A run as its log tells it, of a robot with `J` joints of which `N` are active.
+#[derive(Clone, Debug)]
+pub struct RunLog<const J: usize, const N: usize> {
+    /// The file.
+    pub path: PathBuf,
+    /// What was run.
+    pub run: RunDescription,
+    /// On what machine.
+    pub machine: Fields,
+    /// Cycles, in the order of their ticks.
+    pub cycles: Vec<CycleRecord<J, N>>,
+    /// Frames, in the order in which the controller sent and received them.
+    pub frames: Vec<FrameRecord>,
+    /// Inner states, each with the tick that it follows.
+    pub keyframes: Vec<(Option<u64>, Keyframe<J, N>)>,
+    /// Bus and drives, the last record of them last.
+    pub health: Vec<proto::CanHealth>,
+    /// Lines of text.
+    pub notes: Vec<LoggedNote>,
+    /// Why the run failed.
+    pub fault: Option<proto::Fault>,
+    /// How it ended; nothing if the process was killed.
+    pub end: Option<Fields>,
+    /// What could not be read, and what is missing.
+    pub damage: Vec<String>,
+}
+
+/// Why a file gives no run at all.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file cannot be read.
+    #[error("{}: {source}", file.display())]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// Why it cannot be read.
+        source: io::Error,
+    },
+    /// There is no description of a run in it.
+    #[error("{}: not a run log: {reason}", file.display())]
+    NotALog {
+        /// The file.
+        file: PathBuf,
+        /// What was found.
+        reason: String,
+    },
+}
+
+/// Most damages that are listed one by one.
+const MOST_DAMAGES: usize = 20;
+
+impl<const J: usize, const N: usize> RunLog<J, N> {
+    /// Reads a log, as far as it can be read.
+    ///
+    /// # Errors
+    /// [`ReadError`] if there is no description of a run in it.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let io_error = |source| ReadError::Io { file: path.to_owned(), source };
+        let file = File::open(path).map_err(io_error)?;
+        Self::read_from(BufReader::new(file), path)
+    }
+
+    /// Reads a log from `input`; `path` is what messages call it.
+    ///
+    /// # Errors
+    /// As [`RunLog::read`].
+    pub fn read_from(input: impl Read, path: &Path) -> Result<Self, ReadError> {
+        let mut decoder = Decoder::new();
+        let mut collected = Collected::default();
+        let mut records = Records::new(input);
+        loop {
+            let step = records.step(|opcode, data| decoder.take(opcode, data, &mut |item| collected.take(item)));
+            match step.map_err(|source| ReadError::Io { file: path.to_owned(), source })? {
+                Step::Record => {}
+                Step::End => break,
+                Step::Starved => {
+                    collected.damage("the file ends in the middle: it was not closed".to_owned());
+                    break;
+                }
+                // Told where the data end: all of them were read.
+                Step::Broken(error @ McapError::BadDataCrc { .. }) => {
+                    collected.damage(format!("something in it is not as it was written: {error}"));
+                    break;
+                }
+                Step::Broken(error) => {
+                    collected.damage(format!("unreadable from here on: {error}"));
+                    break;
+                }
+            }
+        }
+        collected.into_log(path)
+    }
+
+    /// How often records are missing between two cycles.
+    pub fn gaps(&self) -> usize {
+        self.cycles.windows(2).filter(|pair| matches!(pair, [one, other] if is_gap(one, other))).count()
+    }
+}
+
+/// Whether records are missing between two cycles: a loop that skips ticks says so.
+pub const fn is_gap<const J: usize, const N: usize>(one: &CycleRecord<J, N>, other: &CycleRecord<J, N>) -> bool {
+    other.tick.saturating_sub(one.tick) != other.elapsed_ticks
+}
+
+#[derive(Default)]
+struct Collected<const J: usize, const N: usize> {
+    run: Option<RunDescription>,
+    machine: Fields,
+    cycles: Vec<CycleRecord<J, N>>,
+    frames: Vec<FrameRecord>,
+    keyframes: Vec<(Option<u64>, Keyframe<J, N>)>,
+    health: Vec<proto::CanHealth>,
+    notes: Vec<LoggedNote>,
+    fault: Option<proto::Fault>,
+    end: Option<Fields>,
+    closed: bool,
+    damage: Vec<String>,
+    more_damage: usize,
+}
+
+impl<const J: usize, const N: usize> Collected<J, N> {
+    fn damage(&mut self, what: String) {
+        if self.damage.len() < MOST_DAMAGES {
+            self.damage.push(what);
+        } else {
+            self.more_damage += 1;
+        }
+    }
+
+    fn take(&mut self, item: Item<J, N>) {
+        match item {
+            Item::Run(run) => self.run = Some(*run),
+            Item::Machine(machine) => self.machine = machine,
+            Item::End(end) => self.end = Some(end),
+            Item::Cycle(record) => self.cycles.push(*record),
+            Item::Frame(frame) => self.frames.push(frame),
+            Item::Keyframe(keyframe, after) => self.keyframes.push((after, *keyframe)),
+            Item::Health(health) => self.health.push(*health),
+            Item::Note(note) => self.notes.push(note),
+            Item::Fault(fault) => self.fault = Some(fault),
+            Item::Damage(what) => self.damage(what),
+            Item::Closed => self.closed = true,
+        }
+    }
+
+    fn into_log(mut self, path: &Path) -> Result<RunLog<J, N>, ReadError> {
+        if self.end.is_none() {
+            self.damage("no end is recorded: the process was killed, or the disk failed".to_owned());
+        }
+        if self.more_damage > 0 {
+            self.damage.push(format!("and {} more of the kind", self.more_damage));
+        }
+        let Some(run) = self.run else {
+            let reason = self.damage.first().cloned().unwrap_or_else(|| "no metadata uarm.run".to_owned());
+            return Err(ReadError::NotALog { file: path.to_owned(), reason });
+        };
+        // What was kept for the writer stands behind what came later.
+        self.cycles.sort_by_key(|record| record.tick);
+        self.frames.sort_by_key(|frame| frame.sequence);
+        self.keyframes.sort_by_key(|(after, _)| *after);
+        let mut log = RunLog {
+            path: path.to_owned(),
+            run,
+            machine: self.machine,
+            cycles: self.cycles,
+            frames: self.frames,
+            keyframes: self.keyframes,
+            health: self.health,
+            notes: self.notes,
+            fault: self.fault,
+            end: self.end,
+            damage: self.damage,
+        };
+        let gaps = log.gaps();
+        if gaps > 0 {
+            log.damage.push(format!("{gaps} gaps: cycles that ran and are not in the log"));
+        }
+        Ok(log)
+    }
+}

@@ -1,0 +1,143 @@
+//! Frames, cut at each SYNC into cycles: the counts that came, and the torques that went.
+
+use uarm_loop::uarm_io::drive::cia402::{Command, Controlword};
+use uarm_loop::uarm_io::drive::wire::{Channel, DriveCommand, DriveFeedback};
+use uarm_loop::uarm_io::time::Instant;
+
+use uarm_loop::recording::FrameRecord;
+
+/// What was on the bus of `J` drives from one SYNC to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BusCycle<const J: usize> {
+    /// When SYNC was sent.
+    pub sync_at: Instant,
+    /// The encoder counts that each drive sent after it.
+    pub counts: [Option<i32>; J],
+    /// The statusword that each drive sent with them.
+    pub statuswords: [u16; J],
+    /// The torque that each drive was sent, per mille.
+    pub sent: [Option<i16>; J],
+    /// Whether frames are missing in or before this cycle.
+    pub continuity: Continuity,
+}
+
+/// Whether all frames are there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Continuity {
+    /// Since the previous cycle.
+    Whole,
+    /// Some are missing.
+    Broken,
+}
+
+impl<const J: usize> BusCycle<J> {
+    fn new(sync_at: Instant) -> Self {
+        Self {
+            sync_at,
+            counts: [None; J],
+            statuswords: [0; J],
+            sent: [None; J],
+            continuity: Continuity::Whole,
+        }
+    }
+
+    /// The counts of all drives, if all answered.
+    pub fn all_counts(&self) -> Option<[i32; J]> {
+        all(&self.counts)
+    }
+
+    /// The torques to all drives, if all were sent.
+    pub fn all_sent(&self) -> Option<[i16; J]> {
+        all(&self.sent)
+    }
+
+    /// As the master takes feedback in: until its first command, and none that came before the SYNC.
+    fn take(&mut self, record: &FrameRecord, nodes: [u8; J]) {
+        let joint = |node: u8| nodes.iter().position(|each| *each == node);
+        match Channel::of(record.frame.id()) {
+            Some(Channel::Tpdo1(node)) if self.sent == [None; J] && record.at >= self.sync_at => {
+                if let (Some(joint), Ok(feedback)) = (joint(node.raw()), DriveFeedback::decode(record.frame.data())) {
+                    self.counts[joint] = Some(feedback.position);
+                    self.statuswords[joint] = feedback.statusword.bits();
+                }
+            }
+            Some(Channel::Rpdo1(node)) => {
+                if let (Some(joint), Ok(command)) = (joint(node.raw()), DriveCommand::decode(record.frame.data())) {
+                    let is_torque = command.controlword == Controlword::of(Command::EnableOperation);
+                    if is_torque && self.sent[joint].is_none() {
+                        self.sent[joint] = Some(command.target_torque);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Cuts `frames`, in the order in which the master sent and received them, into cycles; `nodes` are the drives, joint 1
+/// first.
+pub fn bus_cycles<const J: usize>(frames: &[FrameRecord], nodes: [u8; J]) -> Vec<BusCycle<J>> {
+    let mut cycles: Vec<BusCycle<J>> = Vec::new();
+    let mut expected = None;
+    let mut broken = false;
+    for record in frames {
+        broken |= expected.is_some_and(|expected| expected != record.sequence);
+        expected = Some(record.sequence.wrapping_add(1));
+        if Channel::of(record.frame.id()) == Some(Channel::Sync) {
+            cycles.push(BusCycle::new(record.at));
+        }
+        if let Some(cycle) = cycles.last_mut() {
+            cycle.take(record, nodes);
+            if std::mem::take(&mut broken) {
+                cycle.continuity = Continuity::Broken;
+            }
+        }
+    }
+    cycles
+}
+
+/// The values, if all are there.
+fn all<V: Copy + Default, const J: usize>(values: &[Option<V>; J]) -> Option<[V; J]> {
+    let mut all = [V::default(); J];
+    for (to, from) in all.iter_mut().zip(values) {
+        *to = (*from)?;
+    }
+    Some(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use embedded_can::StandardId;
+    use uarm_loop::uarm_io::frame::Frame;
+    use uarm_loop::uarm_io::link::FrameDirection;
+
+    fn frame(sequence: u32, at: u64, id: u16, data: &[u8]) -> FrameRecord {
+        let frame = Frame::new(StandardId::new(id).unwrap(), data).unwrap();
+        FrameRecord { sequence, direction: FrameDirection::Sent, frame, at: Instant::from_nanoseconds(at) }
+    }
+
+    #[test]
+    fn a_cycle_is_what_lies_between_two_syncs() {
+        let frames = [
+            frame(0, 1, 0x000, &[0x01, 0x00]),
+            frame(1, 5, 0x080, &[1]),
+            frame(2, 4, 0x181, &[0x37, 0x12, 9, 0, 0, 0]), // before the SYNC: stale
+            frame(3, 6, 0x181, &[0x37, 0x12, 1, 0, 0, 0]),
+            frame(4, 7, 0x182, &[0x37, 0x12, 0xFE, 0xFF, 0xFF, 0xFF]),
+            frame(5, 8, 0x183, &[0x37, 0x12, 3, 0, 0, 0]),
+            frame(6, 9, 0x201, &[0x0F, 0x00, 0, 0]),
+            frame(7, 9, 0x202, &[0x0F, 0x00, 0xF6, 0xFF]),
+            frame(8, 9, 0x203, &[0x0F, 0x00, 7, 0]),
+            frame(9, 10, 0x182, &[0x37, 0x12, 99, 0, 0, 0]), // too late for this cycle
+            frame(10, 11, 0x202, &[0x02, 0x00, 0, 0]),       // quick stop: no torque of the loop
+            frame(12, 15, 0x080, &[2]),
+        ];
+        let cycles = bus_cycles(&frames, [1, 2, 3]);
+        let [first, second] = cycles.as_slice() else { panic!("{cycles:?}") };
+        assert_eq!(first.all_counts(), Some([1, -2, 3]));
+        assert_eq!(first.all_sent(), Some([0, -10, 7]));
+        assert_eq!(first.continuity, Continuity::Whole);
+        assert_eq!((second.all_counts(), second.continuity), (None, Continuity::Broken), "frame 11 is missing");
+    }
+}

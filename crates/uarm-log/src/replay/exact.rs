@@ -1,0 +1,266 @@
+//! The run again, as it was.
+
+use serde::Serialize;
+use uarm_loop::hinf_control::Controller;
+use uarm_loop::keyframe::Keyframe;
+use uarm_loop::record::CycleRecord;
+use uarm_loop::run::signal_path;
+use uarm_loop::schedule::Tick;
+use uarm_loop::signal_path::{SignalPath, Signals};
+use uarm_loop::uarm_io::time::Instant;
+
+use super::bus_cycles::{BusCycle, Continuity};
+use super::comparison::{Difference, compare};
+use super::source::{ReplayError, Source};
+use crate::signals::Value;
+
+/// Differences that are kept; all are counted.
+const MOST_DIFFERENCES: usize = 10;
+
+/// Where a replay begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Start {
+    /// With the first cycle.
+    #[default]
+    Beginning,
+    /// With the last keyframe before this task time, s.
+    KeyframeBefore(f64),
+}
+
+/// What came of a replay.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ExactReplay {
+    /// Task time at which it began, s.
+    pub from: f64,
+    /// Cycles that were replayed.
+    pub cycles: u64,
+    /// Signals that were compared.
+    pub signals: u64,
+    /// Keyframes that were reached and compared.
+    pub keyframes: u64,
+    /// Cycles in which something differs.
+    pub differing_cycles: u64,
+    /// The first differences.
+    pub differences: Vec<Difference>,
+    /// Cycles that could not be replayed, since something before them is missing.
+    pub lost_cycles: u64,
+    /// How often the replay went on from a keyframe behind a gap.
+    pub resumed: u64,
+    /// The fault that the signal path gave in the last cycle, as the live one did.
+    pub fault: Option<String>,
+    /// Whether the recorded fault is that one; nothing if the run had none, or one of the bus.
+    pub fault_reproduced: Option<bool>,
+}
+
+impl ExactReplay {
+    /// Whether all that was compared is equal.
+    pub fn is_equal(&self) -> bool {
+        self.differing_cycles == 0 && self.fault_reproduced != Some(false)
+    }
+
+    /// Replays `source` with `controller`, which must be the run's, in its initial state.
+    ///
+    /// # Errors
+    /// [`ReplayError`] if it cannot begin.
+    pub fn run<const J: usize, const N: usize>(
+        source: &Source<'_, J, N>,
+        controller: &mut dyn Controller<f64, N>,
+        start: Start,
+    ) -> Result<Self, ReplayError> {
+        if source.bus.is_empty() {
+            return Err(ReplayError::NoCycles);
+        }
+        let path = signal_path(source.robot, source.settings, controller)?;
+        let mut replay = Replay { source, path, position: Position::Lost, previous: None, outcome: Self::default() };
+        replay.begin(start)?;
+        for cycle in source.bus {
+            replay.cycle(cycle)?;
+        }
+        Ok(replay.outcome)
+    }
+
+    fn note(&mut self, differences: Vec<Difference>) {
+        self.differing_cycles += u64::from(!differences.is_empty());
+        let room = MOST_DIFFERENCES.saturating_sub(self.differences.len());
+        self.differences.extend(differences.into_iter().take(room));
+    }
+}
+
+/// Whether the path's state is that of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Position {
+    /// It follows the cycle of this tick; nothing before the first.
+    After(Option<u64>),
+    /// Something is missing since.
+    Lost,
+    /// The run has ended with a fault.
+    Ended,
+}
+
+struct Replay<'a, const J: usize, const N: usize> {
+    source: &'a Source<'a, J, N>,
+    path: SignalPath<'a, J, N>,
+    position: Position,
+    /// The previous cycle on the bus.
+    previous: Option<(u64, Instant)>,
+    outcome: ExactReplay,
+}
+
+impl<const J: usize, const N: usize> Replay<'_, J, N> {
+    fn begin(&mut self, start: Start) -> Result<(), ReplayError> {
+        let keyframe = match start {
+            // Of a run that was not recorded with keyframes, the first state is that of the configuration.
+            Start::Beginning if self.source.keyframes.is_empty() => {
+                self.position = Position::After(None);
+                return Ok(());
+            }
+            Start::Beginning => self.source.keyframes.iter().find(|(after, _)| after.is_none()),
+            Start::KeyframeBefore(time) => {
+                let before =
+                    |(after, keyframe): &&(Option<u64>, Keyframe<J, N>)| after.is_none() || keyframe.task_clock.time < time;
+                let found = self.source.keyframes.iter().rfind(before);
+                Some(found.ok_or(ReplayError::NoKeyframe(time))?)
+            }
+        };
+        // A log that lost its beginning is taken up at its first keyframe.
+        if let Some((after, keyframe)) = keyframe {
+            self.thaw(*after, keyframe)?;
+        }
+        self.outcome.from = self.path.task_clock.freeze().time;
+        Ok(())
+    }
+
+    fn thaw(&mut self, after: Option<u64>, keyframe: &Keyframe<J, N>) -> Result<(), ReplayError> {
+        self.path.thaw(keyframe).map_err(|source| ReplayError::Keyframe { time: keyframe.task_clock.time, source })?;
+        self.position = Position::After(after);
+        Ok(())
+    }
+
+    fn cycle(&mut self, cycle: &BusCycle<J>) -> Result<(), ReplayError> {
+        let tick = self.source.tick(cycle, self.previous);
+        self.previous = Some((tick.index, cycle.sync_at));
+        match self.position {
+            // Cycles before the beginning.
+            Position::After(Some(after)) if tick.index <= after => return Ok(()),
+            Position::After(after) => {
+                let expected = after.map_or(0, |after| after.saturating_add(tick.elapsed));
+                if tick.index != expected || cycle.continuity == Continuity::Broken {
+                    self.position = Position::Lost;
+                }
+            }
+            Position::Lost | Position::Ended => {}
+        }
+        match (self.position, cycle.all_counts()) {
+            (Position::After(_), Some(counts)) => self.step(cycle, &tick, counts),
+            // The drives did not all answer: the live loop had nothing to compute either, and ended.
+            (Position::After(_), None) => self.position = Position::Ended,
+            (Position::Lost, _) => {
+                self.outcome.lost_cycles += 1;
+                self.resume(tick.index)?;
+            }
+            (Position::Ended, _) => {}
+        }
+        Ok(())
+    }
+
+    /// Goes on behind a gap, if there is a keyframe of this cycle.
+    fn resume(&mut self, tick: u64) -> Result<(), ReplayError> {
+        if let Some((after, keyframe)) = self.source.keyframes.iter().find(|(after, _)| *after == Some(tick)) {
+            self.thaw(*after, keyframe)?;
+            self.outcome.resumed += 1;
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, cycle: &BusCycle<J>, tick: &Tick, counts: [i32; J]) {
+        let recorded = self.source.record(cycle.sync_at);
+        if recorded.is_none() && !self.source.records.is_empty() && self.is_last(cycle) && self.source.fault.is_none() {
+            // A killed process: the cycle may not have been completed.
+            self.position = Position::Ended;
+            return;
+        }
+        match self.path.step(tick, cycle.sync_at, &counts, self.source.robot.period) {
+            Ok(signals) => {
+                self.position = Position::After(Some(tick.index));
+                match recorded {
+                    Some(recorded) => self.compare(recorded, tick, &counts, cycle, &signals),
+                    None => self.compare_sent(cycle, tick, &signals),
+                }
+                self.compare_keyframe(tick);
+            }
+            Err(fault) => {
+                self.position = Position::Ended;
+                let fault = fault.to_string();
+                self.outcome.fault_reproduced = Some(self.source.fault.is_some_and(|cause| cause.contains(&fault)));
+                self.outcome.fault = Some(fault);
+            }
+        }
+    }
+
+    fn is_last(&self, cycle: &BusCycle<J>) -> bool {
+        self.source.bus.last().is_some_and(|last| last.sync_at == cycle.sync_at)
+    }
+
+    fn compare(
+        &mut self,
+        recorded: &CycleRecord<J, N>,
+        tick: &Tick,
+        counts: &[i32; J],
+        cycle: &BusCycle<J>,
+        signals: &Signals<J, N>,
+    ) {
+        let mut replayed = CycleRecord::new(tick, &recorded.instants, counts, &cycle.statuswords, signals);
+        replayed.set_parameters(self.path.controller.parameters());
+        let (compared, differences) = compare(recorded, &replayed);
+        self.outcome.cycles += 1;
+        self.outcome.signals += compared;
+        self.outcome.note(differences);
+        self.compare_sent_frames(cycle, tick, signals);
+    }
+
+    /// Where only the bus was recorded, the torques on it are what there is to compare.
+    fn compare_sent(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) {
+        // What follows the last SYNC may be the stop that ended the run, with torque 0.
+        if self.is_last(cycle) && cycle.sent.iter().all(|sent| sent.unwrap_or(0) == 0) {
+            return;
+        }
+        self.outcome.cycles += 1;
+        self.compare_sent_frames(cycle, tick, signals);
+    }
+
+    fn compare_sent_frames(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) {
+        let frames = cycle.sent.iter().zip(signals.torque.sent).zip(1..);
+        let mut differences = Vec::new();
+        for ((recorded, replayed), joint) in frames {
+            let Some(recorded) = recorded else { continue };
+            self.outcome.signals += 1;
+            if *recorded != replayed {
+                differences.push(Difference {
+                    tick: tick.index,
+                    time: signals.time,
+                    signal: format!("torque in the frame to joint {joint}, per mille"),
+                    recorded: Value::Integer((*recorded).into()),
+                    replayed: Value::Integer(replayed.into()),
+                });
+            }
+        }
+        self.outcome.note(differences);
+    }
+
+    /// The inner state as well, wherever the run recorded it.
+    fn compare_keyframe(&mut self, tick: &Tick) {
+        let keyframes = self.source.keyframes;
+        let Ok(index) = keyframes.binary_search_by_key(&Some(tick.index), |(after, _)| *after) else { return };
+        let Some((_, recorded)) = keyframes.get(index) else { return };
+        self.outcome.keyframes += 1;
+        if self.path.freeze() != *recorded {
+            self.outcome.note(vec![Difference {
+                tick: tick.index,
+                time: recorded.task_clock.time,
+                signal: "inner state equals the keyframe".to_owned(),
+                recorded: Value::Flag(true),
+                replayed: Value::Flag(false),
+            }]);
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! Replay: the recorded frames and instants through the same estimators and controller, and every signal compared with the
+//! recorded one, bit for bit.
+//!
+//! | module | subject |
+//! |---|---|
+//! | [`bus_cycles`] | frames, cut at each SYNC |
+//! | [`source`] | what is replayed |
+//! | [`comparison`] | two records, bit for bit |
+//! | [`exact`] | the run again, as it was |
+//! | [`what_if`] | another law or robot on the same measurements |
+
+pub mod bus_cycles;
+pub mod comparison;
+pub mod exact;
+pub mod source;
+pub mod what_if;

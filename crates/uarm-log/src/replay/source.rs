@@ -1,0 +1,76 @@
+//! What is replayed.
+
+use uarm_loop::keyframe::{Keyframe, KeyframeError};
+use uarm_loop::period::Period;
+use uarm_loop::record::CycleRecord;
+use uarm_loop::robot::Robot;
+use uarm_loop::run::SetupError;
+use uarm_loop::schedule::Tick;
+use uarm_loop::settings::Settings;
+use uarm_loop::uarm_io::time::Instant;
+
+use super::bus_cycles::BusCycle;
+
+/// What is replayed.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<'a, const J: usize, const N: usize> {
+    /// The robot of the run.
+    pub robot: &'a Robot<J, N>,
+    /// Its settings.
+    pub settings: &'a Settings,
+    /// What was on the bus.
+    pub bus: &'a [BusCycle<J>],
+    /// What the loop recorded, in the order of ticks; empty if only the bus was recorded.
+    pub records: &'a [CycleRecord<J, N>],
+    /// Inner states, each with the tick that it follows, in their order; empty if only the bus was recorded.
+    pub keyframes: &'a [(Option<u64>, Keyframe<J, N>)],
+    /// Why the run failed, if it did.
+    pub fault: Option<&'a str>,
+}
+
+impl<'a, const J: usize, const N: usize> Source<'a, J, N> {
+    /// The record of the cycle whose SYNC was sent at `sync_at`.
+    pub(super) fn record(&self, sync_at: Instant) -> Option<&'a CycleRecord<J, N>> {
+        let found = self.records.binary_search_by_key(&sync_at, |record| record.instants.sync_sent);
+        found.ok().and_then(|index| self.records.get(index))
+    }
+
+    /// The tick of a cycle: as recorded, or from the distance of its SYNC to the previous one.
+    pub(super) fn tick(&self, cycle: &BusCycle<J>, previous: Option<(u64, Instant)>) -> Tick {
+        if let Some(CycleRecord { tick, elapsed_ticks, instants, .. }) = self.record(cycle.sync_at) {
+            return Tick { index: *tick, elapsed: *elapsed_ticks, scheduled: instants.scheduled, woke: instants.woke };
+        }
+        let elapsed = previous.map_or(0, |(_, sync)| whole_periods(cycle.sync_at, sync, self.robot.period));
+        let index = previous.map_or(0, |(index, _)| index) + elapsed;
+        Tick { index, elapsed, scheduled: cycle.sync_at, woke: cycle.sync_at }
+    }
+}
+
+/// Periods between two SYNCs, to the nearest whole one, at least one.
+fn whole_periods(later: Instant, earlier: Instant, period: Period) -> u64 {
+    let period = period.duration().as_nanos().max(1);
+    let rounded = (later.since(earlier).as_nanos() + period / 2) / period;
+    u64::try_from(rounded).unwrap_or(u64::MAX).max(1)
+}
+
+/// Why a replay cannot begin, or cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The configuration of the run.
+    #[error(transparent)]
+    Configuration(#[from] SetupError),
+    /// A keyframe that does not fit.
+    #[error("keyframe at {time:.3} s: {source}")]
+    Keyframe {
+        /// The task time of the keyframe, s.
+        time: f64,
+        /// Why it does not fit.
+        source: KeyframeError,
+    },
+    /// No keyframe is early enough.
+    #[error("no keyframe before {0} s")]
+    NoKeyframe(f64),
+    /// There is nothing to replay.
+    #[error("there is no SYNC in it: nothing to replay")]
+    NoCycles,
+}

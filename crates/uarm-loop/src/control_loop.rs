@@ -1,0 +1,148 @@
+//! The hard loop: wait, read, estimate, control, limit, write, record.
+//!
+//! One source for every robot: it sees a [`Link`] and a [`Clock`], so that real drives on SocketCAN in real time and the
+//! simulated robot in virtual time run the same code, and the latter bit for bit the same each time. Nothing in here
+//! allocates, locks, logs, reads a file or panics.
+
+use uarm_io::drive::cia402::Statusword;
+use uarm_io::drive::network::{CycleError, DriveNetwork};
+use uarm_io::link::{Link, LinkError};
+use uarm_io::time::{Clock, Duration, Instant};
+
+use crate::progress::Progress;
+use crate::record::{CycleRecord, HealthRecord, Recorder};
+use crate::schedule::{Overrun, Schedule, Tick};
+use crate::signal_path::{SignalFault, SignalPath};
+use crate::stop_request::StopRequest;
+use crate::timing::{CycleInstants, TimingRecorder};
+
+/// How often the whole inner state is recorded: what a replay from the middle of a run loses at most at its beginning.
+pub const KEYFRAME_INTERVAL: Duration = Duration::from_secs(1);
+/// How often the health of bus and drives is recorded: ten times a second shows every heartbeat that is late.
+pub const HEALTH_INTERVAL: Duration = Duration::from_millis(100);
+
+/// What the loop works with. Build it before real time begins: the loop itself allocates nothing.
+pub struct ControlLoop<'a, const J: usize, const N: usize> {
+    /// From counts to torques.
+    pub path: SignalPath<'a, J, N>,
+    /// Timing so far.
+    pub timing: TimingRecorder,
+    /// What others may look at while the loop runs.
+    pub progress: &'a Progress<N>,
+    /// Asks the loop to end.
+    pub stop: &'a StopRequest,
+}
+
+/// Why a loop ended as it should.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoopEnd {
+    /// The motion is over.
+    Completed,
+    /// Somebody asked for the end.
+    Interrupted,
+}
+
+/// Why a loop ended otherwise.
+#[derive(Debug, thiserror::Error)]
+pub enum LoopFault<E: LinkError> {
+    /// The drives or the bus failed.
+    #[error(transparent)]
+    Drives(#[from] CycleError<E>),
+    /// The signals: an encoder, a limit of the robot, a torque that cannot be sent.
+    #[error(transparent)]
+    Signals(#[from] SignalFault),
+    /// A cycle came late, and the policy is to stop then.
+    #[error(transparent)]
+    Overrun(#[from] Overrun),
+}
+
+impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
+    /// Runs cycles until the motion is over, somebody asks for the end, or something fails. The caller then stops the
+    /// drives, whatever this returns.
+    ///
+    /// # Errors
+    /// [`LoopFault`] names the first cause.
+    pub fn run<L: Link, C: Clock>(
+        &mut self,
+        drives: &mut DriveNetwork<L, J>,
+        clock: &mut C,
+        schedule: &mut Schedule,
+        recorder: &mut impl Recorder<J, N>,
+    ) -> Result<LoopEnd, LoopFault<L::Error>> {
+        const { crate::dimensions::check::<J, N>() };
+        let mut due = PeriodicRecords::default();
+        recorder.keyframe(&self.path.freeze(), clock.now());
+        loop {
+            let tick = schedule.wait(clock)?;
+            if self.stop.is_made() {
+                return Ok(LoopEnd::Interrupted);
+            }
+            let mut record = self.cycle(&tick, drives, clock, schedule)?;
+            let supervised = drives.housekeeping(clock.now());
+            record.instants.done = clock.now();
+            recorder.record(&record);
+            self.timing.record(&record.instants, tick.elapsed);
+            self.progress.publish(&record);
+            self.record_periodically(&mut due, drives, record.instants.done, recorder);
+            supervised?;
+            if self.path.task_clock.next(schedule.period()) >= self.path.motion.end() {
+                return Ok(LoopEnd::Completed);
+            }
+        }
+    }
+
+    /// One cycle: SYNC, counts, angles and rates, reference, torque, limits, torque out.
+    fn cycle<L: Link, C: Clock>(
+        &mut self,
+        tick: &Tick,
+        drives: &mut DriveNetwork<L, J>,
+        clock: &C,
+        schedule: &Schedule,
+    ) -> Result<CycleRecord<J, N>, LoopFault<L::Error>> {
+        let sync_sent = drives.sync()?;
+        // Counted from SYNC, so that a late wake-up is an overrun and not a silent drive.
+        let feedback = drives.collect(sync_sent + schedule.period().duration())?;
+        let counts_in = clock.now();
+
+        let signals = self.path.step(tick, sync_sent, &feedback.positions, schedule.period())?;
+        let torque_out = drives.send_torques(signals.torque.sent)?;
+
+        let instants = CycleInstants {
+            scheduled: tick.scheduled,
+            woke: tick.woke,
+            sync_sent,
+            counts_in,
+            torque_out,
+            done: torque_out,
+        };
+        let statuswords = feedback.statuswords.map(Statusword::bits);
+        let mut record = CycleRecord::new(tick, &instants, &feedback.positions, &statuswords, &signals);
+        record.set_parameters(self.path.controller.parameters());
+        Ok(record)
+    }
+
+    /// Records what is not worth a record in each cycle.
+    fn record_periodically<L: Link>(
+        &self,
+        due: &mut PeriodicRecords,
+        drives: &DriveNetwork<L, J>,
+        now: Instant,
+        recorder: &mut impl Recorder<J, N>,
+    ) {
+        if now >= due.next_keyframe {
+            due.next_keyframe = now + KEYFRAME_INTERVAL;
+            recorder.keyframe(&self.path.freeze(), now);
+        }
+        if now >= due.next_health {
+            due.next_health = now + HEALTH_INTERVAL;
+            recorder.health(&HealthRecord { at: now, network: drives.health(), link: drives.link().health() });
+        }
+    }
+}
+
+/// When the next periodic records are due; at the end of the first cycle both are.
+#[derive(Clone, Copy, Debug, Default)]
+struct PeriodicRecords {
+    next_keyframe: Instant,
+    next_health: Instant,
+}

@@ -1,0 +1,109 @@
+//! The limits of the robot, beyond which a run ends: torque zero, quick stop, brakes.
+
+use std::fmt;
+
+use hinf_control::Reference;
+
+use crate::dimensions;
+use crate::estimation::Estimate;
+
+/// What one joint may do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointLimits {
+    /// Smallest and largest angle, rad.
+    pub position: [f64; 2],
+    /// Largest velocity either way, rad/s.
+    pub velocity: f64,
+}
+
+/// Checks the limits of a run in each cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Guard<const J: usize> {
+    /// What each joint may do, the passive base first.
+    pub joints: [JointLimits; J],
+    /// How far an active joint may be from its reference, rad.
+    pub tracking_error: f64,
+    /// How far an active joint may be from its reference in the first cycle, rad.
+    pub start_tolerance: f64,
+}
+
+/// What went beyond its limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// The joint's angle.
+    Position,
+    /// The joint's velocity.
+    Velocity,
+    /// The distance from the reference.
+    TrackingError,
+    /// The distance from the reference in the first cycle.
+    StartError,
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Position => "angle",
+            Self::Velocity => "velocity",
+            Self::TrackingError => "tracking error",
+            Self::StartError => "distance from the start of the motion",
+        })
+    }
+}
+
+/// A limit was passed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "joint {joint} at {time:.3} s: {quantity} is {:.2} deg{unit}, expected {:.2} to {:.2} deg{unit}",
+    .found.to_degrees(), .allowed[0].to_degrees(), .allowed[1].to_degrees(),
+    unit = if *.quantity == Quantity::Velocity { "/s" } else { "" }
+)]
+pub struct LimitViolation {
+    /// The joint, counted from 1.
+    pub joint: usize,
+    /// Task time, s.
+    pub time: f64,
+    /// Which limit was passed.
+    pub quantity: Quantity,
+    /// The value found, rad or rad/s.
+    pub found: f64,
+    /// The range allowed, rad or rad/s.
+    pub allowed: [f64; 2],
+}
+
+impl<const J: usize> Guard<J> {
+    /// Checks the cycle at task time `time` that comes `elapsed` ticks after its predecessor, 0 if it is the first.
+    ///
+    /// # Errors
+    /// [`LimitViolation`] for the first limit that is passed.
+    pub fn check<const N: usize>(
+        &self,
+        time: f64,
+        elapsed: u64,
+        estimate: &Estimate<J>,
+        reference: &Reference<f64, N>,
+    ) -> Result<(), LimitViolation> {
+        let within = |joint, quantity, found: f64, allowed: [f64; 2]| {
+            let [least, most] = allowed;
+            // Written so that NaN is outside.
+            if found >= least && found <= most {
+                Ok(())
+            } else {
+                Err(LimitViolation { joint, time, quantity, found, allowed })
+            }
+        };
+        for (index, (joint, limits)) in estimate.joints.iter().zip(&self.joints).enumerate() {
+            within(index + 1, Quantity::Position, joint.position, limits.position)?;
+            within(index + 1, Quantity::Velocity, joint.velocity, [-limits.velocity, limits.velocity])?;
+        }
+        let (quantity, allowed) = match elapsed {
+            0 => (Quantity::StartError, self.start_tolerance),
+            _ => (Quantity::TrackingError, self.tracking_error),
+        };
+        let error = dimensions::active::<J, N>(&estimate.position()) - reference.position;
+        for (index, error) in error.iter().enumerate() {
+            within(dimensions::number_of_active(index), quantity, *error, [-allowed, allowed])?;
+        }
+        Ok(())
+    }
+}

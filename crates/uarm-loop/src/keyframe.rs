@@ -1,0 +1,85 @@
+//! The whole inner state of the signal path between two cycles, frozen: a replay can start from it.
+
+use hinf_control::{FrozenState, QuinticReference, ReferenceError, ThawError};
+use nalgebra::SVector;
+
+use crate::estimation::JointState;
+use crate::signal_path::SignalPath;
+use crate::task_clock::TaskClockState;
+
+/// A frozen [`SignalPath`]. What is configuration (weights, limits, the task) is not in it; the performance indices are
+/// not either: they are sums over a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Keyframe<const J: usize, const N: usize> {
+    /// The law: Φ and its derivative.
+    pub controller: FrozenState<f64>,
+    /// Encoders and estimators of the joints.
+    pub joints: [JointState; J],
+    /// The torque limiter: the torque applied last, N·m.
+    pub torque_applied: SVector<f64, N>,
+    /// The task clock; its previous tick tells which cycle the keyframe follows.
+    pub task_clock: TaskClockState,
+    /// Where the approach began and how long it takes, rad and s; nothing in a run without one.
+    pub approach: Option<Approach<N>>,
+}
+
+/// The way to the start of the task, measured at the start of the run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Approach<const N: usize> {
+    /// Angles of the active joints, rad.
+    pub from: SVector<f64, N>,
+    /// Duration, s.
+    pub duration: f64,
+}
+
+/// Why a keyframe cannot be put back.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum KeyframeError {
+    /// It belongs to another law.
+    #[error("controller state: {0}")]
+    Controller(#[from] ThawError),
+    /// Its approach cannot be driven.
+    #[error("approach: {0}")]
+    Approach(#[from] ReferenceError),
+}
+
+impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
+    /// The whole inner state.
+    pub fn freeze(&self) -> Keyframe<J, N> {
+        Keyframe {
+            controller: self.controller.freeze(),
+            joints: self.estimation.freeze(),
+            torque_applied: *self.torque.limiter.applied(),
+            task_clock: self.task_clock.freeze(),
+            approach: self
+                .motion
+                .approach()
+                .map(|approach| Approach { from: *approach.start(), duration: approach.duration() }),
+        }
+    }
+
+    /// Goes on from a frozen state of a path of the same configuration.
+    ///
+    /// # Errors
+    /// [`KeyframeError`] if it does not fit; the path may then be partly changed.
+    pub fn thaw(&mut self, keyframe: &Keyframe<J, N>) -> Result<(), KeyframeError> {
+        self.controller.thaw(&keyframe.controller)?;
+        self.thaw_measured(keyframe)
+    }
+
+    /// As [`thaw`](Self::thaw), but for the law, which stays as it is: for another law on the same measurements.
+    ///
+    /// # Errors
+    /// [`KeyframeError::Approach`].
+    pub fn thaw_measured(&mut self, keyframe: &Keyframe<J, N>) -> Result<(), KeyframeError> {
+        if let Some(Approach { from, duration }) = keyframe.approach {
+            let approach = QuinticReference::new(from, *self.motion.task_reference().start(), duration)?;
+            self.motion = self.motion.after(approach);
+        }
+        self.estimation.thaw(&keyframe.joints);
+        self.torque.limiter.thaw(keyframe.torque_applied);
+        self.task_clock.restart(self.motion.start());
+        self.task_clock.thaw(keyframe.task_clock);
+        Ok(())
+    }
+}

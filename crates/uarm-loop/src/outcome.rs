@@ -1,0 +1,90 @@
+//! What came of a run: indices, peaks, timing.
+
+use hinf_control::{Law, PerformanceIndices};
+use nalgebra::SVector;
+use serde::Serialize;
+use uarm_io::realtime::PageFaults;
+
+use crate::motion::Motion;
+use crate::period::Period;
+use crate::record::{CycleRecord, NoRecorder, Recorder};
+use crate::statistics::Statistics;
+use crate::timing::{TimingRecorder, TimingSummary};
+
+/// The performance indices of the paper, section 4.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Indices {
+    /// L2 norm of the state tracking error.
+    pub l2: f64,
+    /// Sum of the applied torques, N·m·s.
+    pub e: f64,
+}
+
+impl Indices {
+    /// The paper's indices of a law (Table 4); `None` for a law that is not in the paper.
+    pub fn published(law: Law) -> Option<Self> {
+        law.published_indices().map(|published| Self { l2: published.tracking, e: published.torque })
+    }
+}
+
+impl From<&PerformanceIndices<f64>> for Indices {
+    fn from(indices: &PerformanceIndices<f64>) -> Self {
+        Self { l2: indices.tracking(), e: indices.torque() }
+    }
+}
+
+/// What came of one run with `N` active joints.
+#[derive(Clone, Copy, Debug)]
+pub struct Outcome<const N: usize> {
+    /// L2 and E over the task.
+    pub indices: Indices,
+    /// Tracking error of the active joints in the last cycle, rad.
+    pub final_error: [f64; N],
+    /// Largest torques applied to the active joints, N·m.
+    pub peak_torque: [f64; N],
+    /// How far the base turned from the first cycle to the last, rad.
+    pub base_drift: f64,
+    /// Cycles in which the limiter cut a torque.
+    pub limited_cycles: u64,
+    /// Timing of the loop.
+    pub timing: TimingSummary,
+    /// Page faults of the loop's thread between its first cycle and its last.
+    pub page_faults: PageFaults,
+}
+
+impl<const N: usize> Outcome<N> {
+    /// What was collected during a run.
+    pub fn new<R>(
+        indices: Indices,
+        statistics: &Statistics<R, N>,
+        timing: TimingSummary,
+        page_faults: PageFaults,
+    ) -> Self {
+        Self {
+            indices,
+            final_error: statistics.final_error,
+            peak_torque: statistics.peak_torque,
+            base_drift: statistics.base_drift(),
+            limited_cycles: statistics.limited_cycles,
+            timing,
+            page_faults,
+        }
+    }
+
+    /// What came of a run, computed again from its cycles: bit for bit what the run itself computed. Cycles tell nothing of
+    /// page faults.
+    pub fn of_cycles<const J: usize>(motion: &Motion<N>, period: Period, cycles: &[CycleRecord<J, N>]) -> Self {
+        let mut indices = PerformanceIndices::new();
+        let mut timing = TimingRecorder::new(period.duration());
+        let mut statistics = Statistics::new(NoRecorder);
+        for record in cycles {
+            if motion.is_task(record.time) {
+                let torque = SVector::from(record.torque_applied);
+                indices.record(&record.tracking_error(), &torque, period.seconds(1));
+            }
+            statistics.record(record);
+            timing.record(&record.instants, record.elapsed_ticks);
+        }
+        Self::new(Indices::from(&indices), &statistics, timing.summary(), PageFaults::default())
+    }
+}

@@ -1,0 +1,122 @@
+//! What the loop must know of a robot: joints, task, period, bus and limits, all checked.
+//!
+//! How a robot is described in a file is the business of whoever reads that file; these types are what it is turned into.
+
+use hinf_control::{QuinticReference, TorqueLimitError, TorqueLimiter, TorqueLimits};
+use nalgebra::SVector;
+use uarm_io::bus_time::{BitRate, BusTime};
+use uarm_io::drive::{Address, NodeId, Value};
+use uarm_io::encoder::EncoderConfiguration;
+use uarm_io::estimator::AnyEstimator;
+use uarm_io::time::Duration;
+use uarm_io::torque::TorqueScale;
+
+use crate::guard::{Guard, JointLimits};
+use crate::motion::Motion;
+use crate::period::Period;
+
+/// A robot with `J` joints: the passive base and `N` active joints.
+#[derive(Clone, Debug)]
+pub struct Robot<const J: usize, const N: usize> {
+    /// The robot's name, for reports and logs.
+    pub name: String,
+    /// The joints, the passive base first.
+    pub joints: [Joint; J],
+    /// The experiment.
+    pub task: Task<N>,
+    /// The loop's period.
+    pub period: Period,
+    /// Largest tracking error of an active joint, rad; beyond it a run ends.
+    pub tracking_error_limit: f64,
+    /// The bus.
+    pub bus: Bus,
+}
+
+/// One joint with its drive and encoder.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// The joint's name, for reports and logs.
+    pub name: String,
+    /// The node id of its drive, 1 to 126.
+    pub node: NodeId,
+    /// Its encoder.
+    pub encoder: EncoderConfiguration,
+    /// Its velocity estimator, as it is before the first count.
+    pub estimator: AnyEstimator<f64>,
+    /// From N·m to the drive's per mille of rated torque.
+    pub torque_scale: TorqueScale,
+    /// Objects written at start beyond those that every drive gets.
+    pub writes: Vec<(Address, Value)>,
+    /// Largest torque either way, N·m; zero for the passive joint.
+    pub torque_limit: f64,
+    /// Largest change of torque, N·m/s; zero for no such limit.
+    pub torque_rate_limit: f64,
+    /// Limits of motion, beyond which a run ends.
+    pub limits: JointLimits,
+}
+
+/// The motion of an experiment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Task<const N: usize> {
+    /// The quintic from start to end (paper eq. 47), which holds its end afterwards.
+    pub reference: QuinticReference<f64, N>,
+    /// How long the end is held, s.
+    pub hold: f64,
+    /// How far from the start a run may begin, rad.
+    pub start_tolerance: f64,
+}
+
+/// The bus, and who must be heard on it how often.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bus {
+    /// Bits per second.
+    pub bit_rate: BitRate,
+    /// How much of each period the bus is busy.
+    pub time: BusTime,
+    /// How often the controller sends its heartbeat.
+    pub controller_heartbeat: Duration,
+    /// After how long a silent controller makes the drives brake.
+    pub controller_timeout: Duration,
+    /// How often each drive sends its heartbeat.
+    pub drive_heartbeat: Duration,
+    /// After how long a silent drive ends the run.
+    pub drive_timeout: Duration,
+    /// How long the answer to one SDO request may take.
+    pub sdo_timeout: Duration,
+}
+
+impl<const N: usize> Task<N> {
+    /// The desired motion.
+    pub const fn motion(&self) -> Motion<N> {
+        Motion::task(self.reference, self.hold)
+    }
+}
+
+impl<const J: usize, const N: usize> Robot<J, N> {
+    /// The limits beyond which a run ends.
+    pub fn guard(&self) -> Guard<J> {
+        Guard {
+            joints: self.joints.each_ref().map(|joint| joint.limits),
+            tracking_error: self.tracking_error_limit,
+            start_tolerance: self.task.start_tolerance,
+        }
+    }
+
+    /// The limiter of the active joints' torques.
+    ///
+    /// # Errors
+    /// [`TorqueLimitError`] if a limit is not a positive number.
+    pub fn torque_limiter(&self) -> Result<TorqueLimiter<f64, N>, TorqueLimitError> {
+        let of_active = |limit: fn(&Joint) -> f64| -> SVector<f64, N> {
+            crate::dimensions::active(&self.joints.each_ref().map(limit))
+        };
+        let limits = TorqueLimits::new(of_active(|joint| joint.torque_limit))?
+            .with_rate(of_active(|joint| joint.torque_rate_limit))?;
+        Ok(TorqueLimiter::new(limits))
+    }
+
+    /// The node ids of the drives, the base's first.
+    pub fn nodes(&self) -> [u8; J] {
+        self.joints.each_ref().map(|joint| joint.node.raw())
+    }
+}

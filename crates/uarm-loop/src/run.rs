@@ -1,0 +1,187 @@
+//! One run: the drives are started, the loop runs, and the drives are stopped and braked whatever happened.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+
+use hinf_control::{Controller, PerformanceIndices, QuinticReference, ReferenceError, TorqueLimitError};
+use uarm_io::drive::network::{DriveNetwork, StartError, StopReport};
+use uarm_io::encoder::Encoder;
+use uarm_io::link::{Link, LinkError};
+use uarm_io::realtime::PageFaults;
+use uarm_io::time::{Clock, Duration};
+
+use crate::control_loop::{ControlLoop, LoopEnd, LoopFault};
+use crate::dimensions;
+use crate::estimation::{Estimation, EstimationError};
+use crate::motion::Motion;
+use crate::network::NetworkError;
+use crate::outcome::{Indices, Outcome};
+use crate::progress::Progress;
+use crate::record::Recorder;
+use crate::robot::{Robot, Task};
+use crate::schedule::Schedule;
+use crate::settings::Settings;
+use crate::signal_path::SignalPath;
+use crate::statistics::Statistics;
+use crate::stop_request::StopRequest;
+use crate::task_clock::TaskClock;
+use crate::timing::TimingRecorder;
+use crate::torque::TorqueStage;
+
+/// What others see of a run while it goes on, and how they end it.
+#[derive(Clone, Copy, Debug)]
+pub struct Observer<'a, const N: usize> {
+    /// The latest numbers of the loop.
+    pub progress: &'a Progress<N>,
+    /// Asks the loop to end.
+    pub stop: &'a StopRequest,
+}
+
+/// Why a run could not be prepared. Nothing was sent to the drives.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SetupError {
+    /// The drives cannot be described to the master.
+    #[error(transparent)]
+    Network(#[from] NetworkError),
+    /// A torque limit of a joint cannot be used.
+    #[error("joints: limits: {0}")]
+    Limits(#[from] TorqueLimitError),
+}
+
+/// Why a run that was prepared did not end as planned. The drives were stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError<E: LinkError> {
+    /// The drives did not start.
+    #[error("the drives could not be started: {0}")]
+    Start(#[from] StartError<E>),
+    /// The encoders do not say where the joints are.
+    #[error(transparent)]
+    Encoder(#[from] EstimationError),
+    /// There is no way from where the joints are to the start of the task.
+    #[error("the approach: {0}")]
+    Approach(#[from] ReferenceError),
+    /// The loop ended with a fault.
+    #[error(transparent)]
+    Loop(#[from] LoopFault<E>),
+}
+
+/// How a run ended, and what came of it until then.
+#[derive(Debug)]
+pub struct Finished<E: LinkError, R, const J: usize, const N: usize> {
+    /// The end, or the first cause of an early one.
+    pub end: Result<LoopEnd, RunError<E>>,
+    /// What came of the run.
+    pub outcome: Outcome<N>,
+    /// What the drives said when they were stopped.
+    pub stop: StopReport<J>,
+    /// The recorder that the run was given.
+    pub recorder: R,
+}
+
+/// Runs one experiment over `link`: starts the drives, runs the loop, and brakes, whatever happens in between.
+///
+/// # Errors
+/// [`SetupError`] if the run cannot be prepared; nothing has moved then.
+pub fn run<L: Link, C: Clock, R: Recorder<J, N>, const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    settings: &Settings,
+    controller: &mut dyn Controller<f64, N>,
+    link: L,
+    clock: &mut C,
+    recorder: R,
+    observer: Observer<'_, N>,
+) -> Result<Finished<L::Error, R, J, N>, SetupError> {
+    let mut control_loop = ControlLoop {
+        path: signal_path(robot, settings, controller)?,
+        timing: TimingRecorder::new(robot.period.duration()),
+        progress: observer.progress,
+        stop: observer.stop,
+    };
+    let mut statistics = Statistics::new(recorder);
+    let mut drives = DriveNetwork::new(link, robot.network_configuration()?);
+
+    let started = drives.start(clock).map_err(RunError::from);
+    let motion = started.and_then(|started| {
+        motion(robot, settings, started.drives.map(|drive| drive.position)).map_err(|error| match error {
+            MotionError::Encoder(error) => RunError::Encoder(error),
+            MotionError::Approach(error) => RunError::Approach(error),
+        })
+    });
+    let mut page_faults = PageFaults::default();
+    let end = match motion {
+        Ok(motion) => {
+            control_loop.path.motion = motion;
+            control_loop.path.task_clock = TaskClock::new(settings.period_source, motion.start());
+            let mut schedule = Schedule::new(clock.now() + robot.period.duration(), robot.period, settings.overrun);
+            let faults_before = PageFaults::of_this_thread();
+            let end =
+                catch_unwind(AssertUnwindSafe(|| control_loop.run(&mut drives, clock, &mut schedule, &mut statistics)));
+            page_faults = PageFaults::of_this_thread().since(faults_before);
+            end.map(|end| end.map_err(RunError::from))
+        }
+        Err(error) => Ok(Err(error)),
+    };
+    let stop = drives.stop(clock);
+    // A bug in the loop must not leave the motors on, so its panic goes on only now.
+    let end = end.unwrap_or_else(|panic| resume_unwind(panic));
+    let indices = Indices::from(&control_loop.path.indices);
+    let outcome = Outcome::new(indices, &statistics, control_loop.timing.summary(), page_faults);
+    Ok(Finished { end, outcome, stop, recorder: statistics.into_next() })
+}
+
+/// The way from counts to torques of a run without an approach, in its initial state.
+///
+/// # Errors
+/// [`SetupError::Limits`] if a torque limit cannot be used.
+pub fn signal_path<'a, const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    settings: &Settings,
+    controller: &'a mut dyn Controller<f64, N>,
+) -> Result<SignalPath<'a, J, N>, SetupError> {
+    Ok(SignalPath {
+        estimation: Estimation::new(robot.joints.each_ref().map(|joint| (joint.encoder, joint.estimator))),
+        motion: robot.task.motion(),
+        controller,
+        torque: TorqueStage {
+            limiter: robot.torque_limiter()?,
+            scales: robot.joints.each_ref().map(|joint| joint.torque_scale),
+            disturbance: settings.disturbance,
+            site: settings.disturbance_site,
+        },
+        guard: robot.guard(),
+        task_clock: TaskClock::new(settings.period_source, 0.0),
+        indices: PerformanceIndices::new(),
+    })
+}
+
+enum MotionError {
+    Encoder(EstimationError),
+    Approach(ReferenceError),
+}
+
+/// The motion from where the encoders say that the joints are.
+fn motion<const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    settings: &Settings,
+    counts: [i32; J],
+) -> Result<Motion<N>, MotionError> {
+    let Some(duration) = settings.approach else { return Ok(robot.task.motion()) };
+    let mut angles = [0.0; J];
+    for (((angle, joint), raw), number) in angles.iter_mut().zip(&robot.joints).zip(counts).zip(1..) {
+        let mut encoder = Encoder::new(joint.encoder);
+        let count = encoder
+            .update(raw, Duration::ZERO)
+            .map_err(|source| MotionError::Encoder(EstimationError { joint: number, source }))?;
+        *angle = encoder.angle_of(count);
+    }
+    approach(&robot.task, &angles, duration).map_err(MotionError::Approach)
+}
+
+fn approach<const J: usize, const N: usize>(
+    task: &Task<N>,
+    angles: &[f64; J],
+    duration: Duration,
+) -> Result<Motion<N>, ReferenceError> {
+    let start = *task.reference.start();
+    let way = QuinticReference::new(dimensions::active(angles), start, duration.as_secs_f64())?;
+    Ok(task.motion().after(way))
+}

@@ -1,0 +1,98 @@
+//! From counts to torques, without I/O: estimate, reference, limits of the robot, law, limits of the torque.
+//!
+//! The live loop and a replay run this same code, on the same numbers: so a replay gives the same bits.
+
+use hinf_control::{Command, Controller, Measurement, PerformanceIndices, Reference, TrackingError};
+use uarm_io::time::Instant;
+
+use crate::estimation::{Estimate, Estimation, EstimationError};
+use crate::guard::{Guard, LimitViolation};
+use crate::motion::Motion;
+use crate::period::Period;
+use crate::schedule::Tick;
+use crate::task_clock::TaskClock;
+use crate::torque::{PreparedTorque, TorqueStage};
+use uarm_io::torque::TorqueError;
+
+/// All between the counts that come in and the torques that go out, for `J` joints of which `N` are active.
+pub struct SignalPath<'a, const J: usize, const N: usize> {
+    /// From counts to measurements.
+    pub estimation: Estimation<J>,
+    /// The desired motion.
+    pub motion: Motion<N>,
+    /// The control law.
+    pub controller: &'a mut dyn Controller<f64, N>,
+    /// From the law's torque to the drives'.
+    pub torque: TorqueStage<J, N>,
+    /// The robot's limits.
+    pub guard: Guard<J>,
+    /// Time and period as the laws are told them.
+    pub task_clock: TaskClock,
+    /// L2 and E so far.
+    pub indices: PerformanceIndices<f64>,
+}
+
+/// The signals of one cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Signals<const J: usize, const N: usize> {
+    /// Task time, s.
+    pub time: f64,
+    /// The period that estimators and law were told, s.
+    pub period: f64,
+    /// What the encoders told.
+    pub estimate: Estimate<J>,
+    /// The same as the law saw it.
+    pub measurement: Measurement<f64, N>,
+    /// The desired motion.
+    pub reference: Reference<f64, N>,
+    /// What the law asked for.
+    pub command: Command<f64, N>,
+    /// What the drives are sent of it.
+    pub torque: PreparedTorque<J, N>,
+}
+
+/// Why there is no torque to send.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SignalFault {
+    /// An encoder that cannot be believed.
+    #[error(transparent)]
+    Estimation(#[from] EstimationError),
+    /// A limit of the robot that was passed.
+    #[error(transparent)]
+    Limit(#[from] LimitViolation),
+    /// A torque that cannot be sent.
+    #[error(transparent)]
+    Torque(#[from] TorqueError),
+}
+
+impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
+    /// Makes torques of the counts that the drives latched at `sync_sent`.
+    ///
+    /// # Errors
+    /// [`SignalFault`]: an encoder that cannot be believed, or a limit of the robot that was passed.
+    pub fn step(
+        &mut self,
+        tick: &Tick,
+        sync_sent: Instant,
+        counts: &[i32; J],
+        nominal: Period,
+    ) -> Result<Signals<J, N>, SignalFault> {
+        let (time, period) = self.task_clock.advance(tick, sync_sent, nominal);
+        let estimate = self.estimation.estimate(counts, period)?;
+        let measurement = estimate.measurement();
+        let reference = self.motion.at(time);
+        self.guard.check(time, tick.elapsed, &estimate, &reference)?;
+
+        let command = self.controller.update(&measurement, &reference, period);
+        // The first cycle's period is zero, but its torque, too, has a period to rise in.
+        let rise_time = period.max(nominal.seconds(1));
+        let torque = self.torque.prepare(command.torque, time, rise_time)?;
+        self.controller.limited(torque.limited.limited);
+
+        if self.motion.is_task(time) {
+            let error = TrackingError::new(&measurement, &reference);
+            self.indices.record(&error, &torque.limited.applied, nominal.seconds(1));
+        }
+        Ok(Signals { time, period, estimate, measurement, reference, command, torque })
+    }
+}

@@ -1,0 +1,72 @@
+//! From the law's torque to the drives': limits, the injected disturbance, per mille.
+
+use hinf_control::{Disturbance, LimitedTorque, TorqueLimiter};
+use nalgebra::SVector;
+use uarm_io::time::Duration;
+use uarm_io::torque::{TorqueError, TorqueScale};
+
+/// Where the experiment's disturbance acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DisturbanceSite {
+    /// On the joints: the plant adds it by itself.
+    Plant,
+    /// On the torque that is sent, once a cycle, as the paper's experiments did.
+    Command,
+}
+
+crate::choice! {
+    DisturbanceSite:
+    Plant = "plant", "On the joints: the simulated robot adds it by itself";
+    Command = "command", "On the torque that is sent, once a cycle, as the paper's experiments did";
+}
+
+/// Turns the torque of a law into what the drives are sent.
+#[derive(Debug)]
+pub struct TorqueStage<const J: usize, const N: usize> {
+    /// Saturation and rate limit of the active joints.
+    pub limiter: TorqueLimiter<f64, N>,
+    /// From N·m to each drive's per mille.
+    pub scales: [TorqueScale; J],
+    /// The experiment's disturbance.
+    pub disturbance: Disturbance,
+    /// Where the disturbance acts.
+    pub site: DisturbanceSite,
+}
+
+/// The torques of one cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PreparedTorque<const J: usize, const N: usize> {
+    /// The law's torque before and after the limiter, N·m.
+    pub limited: LimitedTorque<f64, N>,
+    /// The disturbance at this instant, N·m, wherever it acts.
+    pub disturbance: SVector<f64, N>,
+    /// What is sent, per mille of rated torque. The passive joint's is zero.
+    pub sent: [i16; J],
+}
+
+impl<const J: usize, const N: usize> TorqueStage<J, N> {
+    /// Prepares the torques of one cycle at task time `time`. They have had `rise_time` seconds to change in.
+    ///
+    /// # Errors
+    /// [`TorqueError`] if a torque is no number; no law of this workspace gives one.
+    pub fn prepare(
+        &mut self,
+        torque: SVector<f64, N>,
+        time: f64,
+        rise_time: f64,
+    ) -> Result<PreparedTorque<J, N>, TorqueError> {
+        let limited = self.limiter.limit(torque, rise_time);
+        let task_time = Duration::try_from_secs_f64(time).unwrap_or(Duration::ZERO);
+        let disturbance = self.disturbance.torque(task_time, 0.0);
+        let commanded = match self.site {
+            DisturbanceSite::Plant => limited.applied,
+            DisturbanceSite::Command => limited.applied + disturbance,
+        };
+        let mut sent = [0; J];
+        let active = sent.iter_mut().zip(&self.scales).skip(1);
+        for ((sent, scale), torque) in active.zip(&commanded) {
+            *sent = scale.to_drive(*torque)?.per_mille;
+        }
+        Ok(PreparedTorque { limited, disturbance, sent })
+    }
+}

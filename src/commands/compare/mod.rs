@@ -1,0 +1,170 @@
+//! `uarm compare`: the controllers side by side, beside the paper's Table 4.
+
+mod caveat;
+pub mod comparison;
+mod csv;
+pub mod experiments;
+pub mod monte_carlo;
+mod random;
+pub mod spread;
+pub mod start;
+mod statistics;
+mod table;
+pub mod variant;
+
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::num::{NonZeroU32, NonZeroUsize};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Context;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use hinf_control::Disturbance;
+
+use crate::options::choice;
+use crate::simulated_robot::PlantChoice;
+use comparison::ComparisonSettings;
+use monte_carlo::MonteCarloSettings;
+use spread::Spread;
+use start::StartVariation;
+use variant::ControllerVariants;
+
+/// Arguments of `uarm compare`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  uarm compare                               the paper's six, five experiments each, beside Table 4
+  uarm compare --controllers all             also other readings of the paper, our extensions and the baseline
+  uarm compare --plant ideal --controllers nonlinear,nonlinear-omitted,nonlinear-reduced
+  uarm compare --repeat 20 --seed 7 --csv experiments.csv
+  uarm compare --monte-carlo 1000 --spread 20% --csv draws.csv
+  uarm compare --variation none --repeat 1   the numbers of `uarm run --virtual-time`
+
+Controllers, by name: nonlinear, adaptive, neural, neural-model, fuzzy, fuzzy-model (`paper`, as the robot file has them);
+nonlinear-measured, nonlinear-omitted (other readings: where the base acceleration comes from); nonlinear-reduced,
+nonlinear-reduced-momentum, neural-model-reduced, fuzzy-model-reduced (ours: docs/theory.md); computed-torque (a baseline).
+
+Repetition k of a seed starts at the same angles for every controller. The numbers are the same on any number of threads.")]
+pub struct Arguments {
+    /// The controllers: `paper` (its six), `all`, or names with commas between
+    #[arg(long, default_value = "paper", value_name = "NAMES")]
+    controllers: ControllerVariants,
+    /// The robot file; without it the paper's UARM, which is built in
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// What the robot is
+    #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
+    plant: PlantChoice,
+    /// The disturbance of the plant's joints (paper eq. 48)
+    #[arg(long, value_parser = choice::<Disturbance>(), default_value = "paper", value_name = "KIND")]
+    disturbance: Disturbance,
+    /// Experiments with each controller; the paper made five
+    #[arg(long, default_value = "5", value_name = "N")]
+    repeat: NonZeroU32,
+    /// Instead of repetitions on one plant: this many plants drawn around the UARM, one experiment with each controller
+    #[arg(long, value_name = "N", conflicts_with = "repeat")]
+    monte_carlo: Option<NonZeroU32>,
+    /// How far each parameter of the drawn plants may be from the robot file's, as 20% or 0.2
+    #[arg(long, default_value = "20%", value_name = "SHARE", requires = "monte_carlo")]
+    spread: Spread,
+    /// What differs between the experiments
+    #[arg(long, value_enum, default_value_t, value_name = "WHAT")]
+    variation: StartVariation,
+    /// What the differences are drawn from
+    #[arg(long, default_value_t = 1, value_name = "SEED")]
+    seed: u64,
+    /// How many experiments run at a time; by default as many as the machine has processors
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    /// Write every experiment to this file
+    #[arg(long, value_name = "FILE.csv")]
+    csv: Option<PathBuf>,
+    /// Print the study as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the study and prints it.
+///
+/// # Errors
+/// If the robot file is wrong, an experiment does not come to its end, or a file cannot be written.
+pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    match arguments.monte_carlo {
+        None => compare(arguments),
+        Some(draws) => monte_carlo(arguments, draws),
+    }
+}
+
+fn monte_carlo(arguments: &Arguments, draws: NonZeroU32) -> anyhow::Result<ExitCode> {
+    anyhow::ensure!(
+        arguments.plant == PlantChoice::Uarm,
+        "--monte-carlo draws the imperfections of the UARM, expected --plant uarm: the other plants have none"
+    );
+    let settings = MonteCarloSettings {
+        robot: arguments.robot.as_deref(),
+        variants: arguments.controllers.as_slice(),
+        disturbance: arguments.disturbance,
+        draws,
+        spread: arguments.spread,
+        variation: arguments.variation,
+        seed: arguments.seed,
+        threads: arguments.threads.unwrap_or_else(experiments::all_cores),
+    };
+    let bar = progress_bar(u64::from(draws.get()), "robots");
+    let study = monte_carlo::run(&settings, || bar.inc(1));
+    bar.finish_and_clear();
+    let study = study?;
+    if let Some(path) = &arguments.csv {
+        write_file(path, |output| csv::write_monte_carlo(&study, output))?;
+    }
+    if arguments.json { print_json(&study) } else { print(|output| table::print_monte_carlo(&study, output)) }
+}
+
+fn compare(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let settings = ComparisonSettings {
+        robot: arguments.robot.as_deref(),
+        variants: arguments.controllers.as_slice(),
+        plant: arguments.plant,
+        disturbance: arguments.disturbance,
+        repetitions: arguments.repeat,
+        variation: arguments.variation,
+        seed: arguments.seed,
+        threads: arguments.threads.unwrap_or_else(experiments::all_cores),
+    };
+    let experiments = settings.variants.len() as u64 * u64::from(settings.repetitions.get());
+    let bar = progress_bar(experiments, "experiments");
+    let comparison = comparison::run(&settings, || bar.inc(1));
+    bar.finish_and_clear();
+    let comparison = comparison?;
+    if let Some(path) = &arguments.csv {
+        write_file(path, |output| csv::write_comparison(&comparison, output))?;
+    }
+    if arguments.json { print_json(&comparison) } else { print(|output| table::print_comparison(&comparison, output)) }
+}
+
+fn print(print: impl FnOnce(&mut io::StdoutLock<'static>) -> io::Result<()>) -> anyhow::Result<ExitCode> {
+    print(&mut io::stdout().lock()).context("standard output")?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print_json(study: &impl Serialize) -> anyhow::Result<ExitCode> {
+    let mut output = io::stdout().lock();
+    serde_json::to_writer_pretty(&mut output, study)?;
+    writeln!(output)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> anyhow::Result<()> {
+    let name = || format!("--csv {}", path.display());
+    let mut output = BufWriter::new(File::create(path).with_context(name)?);
+    write(&mut output).and_then(|()| output.flush()).with_context(name)
+}
+
+fn progress_bar(length: u64, unit: &str) -> ProgressBar {
+    let bar = if io::stderr().is_terminal() { ProgressBar::new(length) } else { ProgressBar::hidden() };
+    let style = ProgressStyle::with_template(&format!("  {{bar:30}} {{pos}} of {{len}} {unit}, {{eta}} left"));
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}

@@ -1,0 +1,119 @@
+//! Studies for people: tables on a terminal.
+
+use std::io::{self, Write};
+
+use super::comparison::{Comparison, ControllerRow};
+use super::variant::Origin;
+use super::monte_carlo::{MonteCarlo, MonteCarloRow};
+use super::start::StartVariation;
+use super::statistics::{Quantiles, Summary};
+use uarm_loop::outcome::Indices;
+
+/// Width of the controllers' names.
+const NAME: usize = 26;
+
+/// Prints a comparison.
+///
+/// # Errors
+/// If the output cannot be written.
+pub fn print_comparison(comparison: &Comparison, output: &mut impl Write) -> io::Result<()> {
+    let Comparison { robot, plant, repetitions, seed, .. } = comparison;
+    let variation = describe(comparison.variation);
+    writeln!(output, "{robot} on {plant}: {repetitions} experiments with each controller, seed {seed}, {variation}")?;
+    print_index(comparison, output, "L2 of the tracking error", |row| row.l2, |indices| indices.l2)?;
+    print_index(comparison, output, "E, the summed torque (N m s)", |row| row.e, |indices| indices.e)?;
+    print_motion(comparison, output)?;
+    print_caveat(comparison.caveat, output)
+}
+
+fn describe(variation: StartVariation) -> &'static str {
+    match variation {
+        StartVariation::None => "all of them the same",
+        StartVariation::EncoderPhase => "each with another encoder phase",
+        StartVariation::Full => "each with another encoder phase and start",
+    }
+}
+
+fn print_index(
+    comparison: &Comparison,
+    output: &mut impl Write,
+    title: &str,
+    summary: fn(&ControllerRow) -> Summary,
+    index: fn(&Indices) -> f64,
+) -> io::Result<()> {
+    writeln!(output, "\n{title}")?;
+    let heads = ["mean", "std dev", "min", "max", "Table 4", "ratio"].map(|head| format!("{head:>9}")).concat();
+    writeln!(output, "  {:<NAME$}{heads}", "controller")?;
+    for row in &comparison.controllers {
+        let Summary { mean, deviation, minimum, maximum } = summary(row);
+        let deviation = deviation.map_or_else(|| "-".to_owned(), |deviation| format!("{deviation:.5}"));
+        let paper = match (&row.paper, &row.ratio) {
+            (Some(paper), Some(ratio)) => format!("{:>9.4}{:>9.2}", index(paper), index(ratio)),
+            _ => format!("{:>9}{:>9}   {}", "-", "-", row.origin.label()),
+        };
+        writeln!(output, "  {:<NAME$}{mean:>9.4}{deviation:>9}{minimum:>9.4}{maximum:>9.4}{paper}", row.controller)?;
+    }
+    Ok(())
+}
+
+fn print_motion(comparison: &Comparison, output: &mut impl Write) -> io::Result<()> {
+    writeln!(output, "\nMotion, means of the experiments")?;
+    writeln!(output, "  {:<NAME$}{:>18}{:>20}{:>13}", "", "peak torque (N m)", "final error (deg)", "base drift")?;
+    let joints = format!("{:>9}{:>9}{:>10}{:>10}", "joint 2", "joint 3", "joint 2", "joint 3");
+    writeln!(output, "  {:<NAME$}{joints}{:>13}", "controller", "(deg)")?;
+    for row in &comparison.controllers {
+        let [torque_2, torque_3] = row.peak_torque_nm.map(|summary| summary.mean);
+        let [error_2, error_3] = row.final_error_deg.map(|summary| summary.mean);
+        let drift = row.base_drift_deg.mean;
+        let name = row.controller;
+        writeln!(output, "  {name:<NAME$}{torque_2:>9.4}{torque_3:>9.4}{error_2:>10.3}{error_3:>10.3}{drift:>13.2}")?;
+    }
+    Ok(())
+}
+
+/// Prints a Monte Carlo study.
+///
+/// # Errors
+/// If the output cannot be written.
+pub fn print_monte_carlo(study: &MonteCarlo, output: &mut impl Write) -> io::Result<()> {
+    let MonteCarlo { robot, draws, spread, seed, integration_step_us, .. } = study;
+    let (percent, variation) = (spread * 100.0, describe(study.variation));
+    writeln!(
+        output,
+        "{robot}, {draws} times, each parameter of the plant within {percent} % of the robot file's, seed {seed},\n\
+         {variation}; the same {draws} robots for each controller; integrated by {integration_step_us} us"
+    )?;
+    print_quantiles(study, output, "L2 of the tracking error", |row| row.l2)?;
+    print_quantiles(study, output, "E, the summed torque (N m s)", |row| row.e)?;
+    writeln!(output, "\nRank in L2, and experiments that the robot's limits ended")?;
+    writeln!(output, "  {:<NAME$}{:>9}{:>9}{:>9}", "controller", "best", "worst", "ended")?;
+    for row in &study.controllers {
+        let MonteCarloRow { controller, best_l2, worst_l2, failed, .. } = row;
+        writeln!(output, "  {controller:<NAME$}{best_l2:>9}{worst_l2:>9}{failed:>9}")?;
+    }
+    print_caveat(study.caveat, output)
+}
+
+fn print_quantiles(
+    study: &MonteCarlo,
+    output: &mut impl Write,
+    title: &str,
+    quantiles: fn(&MonteCarloRow) -> Option<Quantiles>,
+) -> io::Result<()> {
+    writeln!(output, "\n{title}")?;
+    let heads = ["5 %", "25 %", "median", "75 %", "95 %"].map(|head| format!("{head:>9}")).concat();
+    writeln!(output, "  {:<NAME$}{heads}", "controller")?;
+    for row in &study.controllers {
+        let cells = match quantiles(row) {
+            Some(quantiles) => quantiles.as_array().map(|value| format!("{value:>9.4}")).concat(),
+            None => format!("{:>9}", "-").repeat(5),
+        };
+        let origin = if row.origin == Origin::Paper { "" } else { row.origin.label() };
+        writeln!(output, "{}", format!("  {:<NAME$}{cells}   {origin}", row.controller).trim_end())?;
+    }
+    Ok(())
+}
+
+fn print_caveat(caveat: Option<&str>, output: &mut impl Write) -> io::Result<()> {
+    caveat.map_or(Ok(()), |caveat| writeln!(output, "\n{caveat}"))
+}

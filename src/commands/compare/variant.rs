@@ -1,0 +1,194 @@
+//! Who is compared: a law in one of its forms.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use hinf_control::{BaseAcceleration, Law};
+use serde::Serialize;
+
+use crate::robot::Robot;
+use crate::robot::error::RobotError;
+use crate::robot::overrides::Overrides;
+
+/// Where a controller variant comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Origin {
+    /// One of the paper's six, as the robot file has it.
+    Paper,
+    /// Another reading of a law of the paper.
+    Reading,
+    /// Ours, beyond the paper.
+    Extension,
+    /// Not of the paper, for comparison.
+    Baseline,
+}
+
+impl Origin {
+    /// The origin in a word or two.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Reading => "other reading",
+            Self::Extension => "our extension",
+            Self::Baseline => "baseline",
+        }
+    }
+}
+
+/// A law in one of its forms: one row of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ControllerVariant {
+    name: &'static str,
+    law: Law,
+    /// The form, where it is not the robot file's.
+    form: Option<BaseAcceleration>,
+    origin: Origin,
+}
+
+const fn form(name: &'static str, law: Law, mode: BaseAcceleration, origin: Origin) -> ControllerVariant {
+    ControllerVariant { name, law, form: Some(mode), origin }
+}
+
+impl ControllerVariant {
+    /// The paper's six.
+    pub fn paper() -> impl Iterator<Item = Self> {
+        Law::PAPER.into_iter().map(|law| Self { name: law.name(), law, form: None, origin: Origin::Paper })
+    }
+
+    /// Forms of the paper's laws that are not rows of Table 4.
+    const FORMS: [Self; 6] = {
+        use BaseAcceleration::{Measured, Omitted, Reduced, ReducedMomentum};
+        [
+            form("nonlinear-measured", Law::Nonlinear, Measured, Origin::Reading),
+            form("nonlinear-omitted", Law::Nonlinear, Omitted, Origin::Reading),
+            form("nonlinear-reduced", Law::Nonlinear, Reduced, Origin::Extension),
+            form("nonlinear-reduced-momentum", Law::Nonlinear, ReducedMomentum, Origin::Extension),
+            form("neural-model-reduced", Law::NeuralModel, Reduced, Origin::Extension),
+            form("fuzzy-model-reduced", Law::FuzzyModel, Reduced, Origin::Extension),
+        ]
+    };
+
+    /// All variants: the paper's six, their other forms, and every law that is not in the paper.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let others = Law::ALL.into_iter().filter(|law| !Law::PAPER.contains(law));
+        let others = others.map(|law| Self { name: law.name(), law, form: None, origin: Origin::Baseline });
+        Self::paper().chain(Self::FORMS).chain(others)
+    }
+
+    /// The variant of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::all().find(|variant| variant.name == name)
+    }
+
+    /// The name on command lines and in tables.
+    pub const fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// The law.
+    pub const fn law(&self) -> Law {
+        self.law
+    }
+
+    /// Where the variant comes from.
+    pub const fn origin(&self) -> Origin {
+        self.origin
+    }
+
+    /// The robot of `file` (without one, the paper's), its laws in this variant's form. `overrides` may change the
+    /// rest; a form in them is replaced.
+    ///
+    /// # Errors
+    /// As [`Robot::load`].
+    pub fn robot(&self, file: Option<&Path>, overrides: &Overrides) -> Result<Robot, RobotError> {
+        let base_acceleration = self.form.map(|form| (self.law, form));
+        Robot::load_with(file, &Overrides { base_acceleration, ..*overrides })
+    }
+}
+
+/// A variant with the robot that it controls.
+#[derive(Clone, Debug)]
+pub struct VariantRobot {
+    /// Who.
+    pub variant: ControllerVariant,
+    /// The robot, its laws in the variant's form.
+    pub robot: Robot,
+}
+
+impl VariantRobot {
+    /// ControllerVariants with the robot of `file` (without one, the paper's). `overrides` may change it, but for the laws' form.
+    ///
+    /// # Errors
+    /// As [`Robot::load`].
+    pub fn load(
+        variants: &[ControllerVariant],
+        file: Option<&Path>,
+        overrides: &Overrides,
+    ) -> Result<Vec<Self>, RobotError> {
+        let load =
+            |variant: &ControllerVariant| Ok(Self { variant: *variant, robot: variant.robot(file, overrides)? });
+        variants.iter().map(load).collect()
+    }
+}
+
+/// ControllerVariants as a command line names them: `paper`, `all`, or names with commas between.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ControllerVariants(Vec<ControllerVariant>);
+
+impl ControllerVariants {
+    /// The variants, each once, in the order asked for.
+    pub fn as_slice(&self) -> &[ControllerVariant] {
+        &self.0
+    }
+}
+
+impl FromStr for ControllerVariants {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "all" => return Ok(Self(ControllerVariant::all().collect())),
+            "paper" => return Ok(Self(ControllerVariant::paper().collect())),
+            _ => {}
+        }
+        let mut variants = Vec::new();
+        for name in text.split(',') {
+            let variant = ControllerVariant::from_name(name).ok_or_else(|| {
+                let names: Vec<_> = ControllerVariant::all().map(|variant| variant.name).collect();
+                format!("found {name:?}, expected paper, all, or some of {}", names.join(","))
+            })?;
+            if variants.contains(&variant) {
+                return Err(format!("{name} is named twice, expected each controller once"));
+            }
+            variants.push(variant);
+        }
+        Ok(Self(variants))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use uarm_loop::settings::AdaptationGuard;
+
+    #[test]
+    fn each_variant_has_a_name_of_its_own_and_can_be_built() {
+        for variant in ControllerVariant::all() {
+            assert_eq!(ControllerVariant::from_name(variant.name()), Some(variant));
+            let robot = variant.robot(None, &Overrides::default()).unwrap();
+            robot.controller(variant.law(), AdaptationGuard::None).unwrap();
+        }
+    }
+
+    #[test]
+    fn lists_are_read_in_order_and_wrong_ones_refused() {
+        let list: ControllerVariants = "fuzzy,nonlinear-reduced".parse().unwrap();
+        let names: Vec<_> = list.as_slice().iter().map(ControllerVariant::name).collect();
+        assert_eq!(names, ["fuzzy", "nonlinear-reduced"]);
+        assert_eq!("all".parse::<ControllerVariants>().unwrap().as_slice().len(), 13);
+        assert!("fuzzy,fuzzy".parse::<ControllerVariants>().unwrap_err().contains("twice"));
+        assert!("".parse::<ControllerVariants>().unwrap_err().contains("expected"));
+        assert!("pid".parse::<ControllerVariants>().unwrap_err().contains("nonlinear"));
+    }
+}

@@ -1,0 +1,164 @@
+//! `uarm doctor`: is this machine ready for a hard real-time loop on a CAN bus?
+
+mod text;
+
+use std::io::Write;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::Context;
+use serde::Serialize;
+use uarm_io::finding::{Finding, Verdict};
+use uarm_io::probe::{CanWish, Machine, WakeupReport, measure_wakeups};
+use uarm_io::realtime::{Priority, Processor, RealtimePolicy, RealtimeSettings};
+use uarm_io::socketcan_link::InterfaceName;
+
+use crate::exit::Exit;
+
+/// Arguments of `uarm doctor`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Exit code 1 if anything is bad. docs/realtime.md sets up a robot PC step by step.
+Examples:
+  uarm doctor                    what `uarm run` needs on a simulated robot
+  uarm doctor --can can0         what real drives need
+  uarm doctor --seconds 600 --cpu 3 --rt enforce    the worst case, under the load that the robot PC will have")]
+pub struct Arguments {
+    /// The CAN interface that will be used; without it all are looked at, and none is no fault
+    #[arg(long, value_name = "INTERFACE")]
+    can: Option<InterfaceName>,
+    /// The bit rate that the drives are set to, bit/s
+    #[arg(long, default_value_t = CanWish::default().bit_rate, value_name = "RATE")]
+    bit_rate: u32,
+    /// How long wake-ups are measured
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=86_400), value_name = "N")]
+    seconds: u32,
+    /// The period of the loop, such as 3ms or 1ms
+    #[arg(long, default_value = "3ms", value_parser = humantime::parse_duration, value_name = "TIME")]
+    period: Duration,
+    /// Real-time scheduling of the measuring thread: enforce, prefer or off
+    #[arg(long, default_value_t, value_name = "POLICY")]
+    rt: RealtimePolicy,
+    /// SCHED_FIFO priority of the measuring thread
+    #[arg(long, default_value_t, value_name = "1..98")]
+    priority: Priority,
+    /// Keep the measuring thread on this CPU
+    #[arg(long, value_name = "CPU")]
+    cpu: Option<Processor>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// All that was found out.
+#[derive(Debug, Serialize)]
+struct Examination {
+    verdict: Verdict,
+    realtime: Vec<Finding>,
+    can: Vec<Finding>,
+    wakeups: WakeupReport,
+}
+
+impl Examination {
+    fn new(realtime: Vec<Finding>, can: Vec<Finding>, wakeups: WakeupReport) -> Self {
+        let findings = realtime.iter().chain(&can).map(|finding| finding.verdict);
+        let verdict = findings.chain([wakeups.verdict]).max().unwrap_or(Verdict::Good);
+        Self { verdict, realtime, can, wakeups }
+    }
+
+    fn exit(&self) -> Exit {
+        match self.verdict {
+            Verdict::Good | Verdict::Warning => Exit::Ok,
+            Verdict::Bad => Exit::Failure,
+        }
+    }
+}
+
+/// Examines the machine and prints what was found.
+///
+/// # Errors
+/// If wake-ups cannot be measured as asked, or nothing can be printed.
+pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let machine = Machine::this();
+    let wish = CanWish { interface: arguments.can, bit_rate: arguments.bit_rate };
+    let settings = RealtimeSettings { policy: arguments.rt, priority: arguments.priority, processor: arguments.cpu };
+    // The facts come first: measuring locks memory and holds processors awake, which must not be mistaken for the machine's own.
+    let (realtime, can) = (machine.realtime_findings(), machine.can_findings(&wish));
+    let duration = Duration::from_secs(arguments.seconds.into());
+    let wakeups = measure_wakeups(arguments.period, duration, &settings).context("measuring wake-ups")?;
+    let examination = Examination::new(realtime, can, wakeups);
+
+    let mut output = std::io::stdout().lock();
+    if arguments.json {
+        serde_json::to_writer_pretty(&mut output, &examination)?;
+        writeln!(output)?;
+    } else {
+        output.write_all(text::examination(&examination).as_bytes())?;
+    }
+    Ok(examination.exit().into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(clap::Parser)]
+    struct Doctor {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+
+    fn parse(line: &str) -> Result<Arguments, clap::Error> {
+        <Doctor as clap::Parser>::try_parse_from(line.split_whitespace()).map(|doctor| doctor.arguments)
+    }
+
+    fn examination(verdicts: [Verdict; 2], settings: &RealtimeSettings) -> Examination {
+        let [realtime, can] = verdicts.map(|verdict| {
+            vec![Finding {
+                name: "a fact".into(),
+                found: "this".into(),
+                wanted: "that".into(),
+                verdict,
+                how_to_get_it: "so".into(),
+            }]
+        });
+        let wakeups = measure_wakeups(Duration::from_millis(1), Duration::from_millis(5), settings).unwrap();
+        Examination::new(realtime, can, WakeupReport { verdict: Verdict::Good, ..wakeups })
+    }
+
+    #[test]
+    fn the_worst_finding_decides() {
+        use Verdict::{Bad, Good, Warning};
+        for (verdicts, expected, outcome) in [
+            ([Good, Good], Good, Exit::Ok),
+            ([Good, Warning], Warning, Exit::Ok),
+            ([Bad, Warning], Bad, Exit::Failure),
+        ] {
+            let examination = examination(verdicts, &RealtimeSettings::default());
+            assert_eq!((examination.verdict, examination.outcome()), (expected, outcome));
+        }
+    }
+
+    #[test]
+    fn json_holds_each_finding_and_the_histogram() {
+        let examination = examination([Verdict::Warning, Verdict::Good], &RealtimeSettings::default());
+        let json = serde_json::to_value(&examination).unwrap();
+        assert_eq!(json["verdict"], "warning");
+        assert_eq!(json["realtime"][0]["how_to_get_it"], "so");
+        assert_eq!(json["wakeups"]["samples"], 5);
+        let counts =
+            json["wakeups"]["buckets"].as_array().unwrap().iter().map(|bucket| bucket["count"].as_u64().unwrap());
+        assert_eq!(counts.sum::<u64>(), 5);
+    }
+
+    #[test]
+    fn arguments_have_ranges() {
+        let arguments = parse("doctor --can can0 --rt enforce --period 1ms --cpu 1").unwrap();
+        assert_eq!((arguments.can.unwrap().as_str(), arguments.rt), ("can0", RealtimePolicy::Enforce));
+        for line in
+            ["doctor --can a/b", "doctor --rt yes", "doctor --seconds 0", "doctor --priority 99", "doctor --cpu 1024"]
+        {
+            assert!(parse(line).is_err(), "{line}");
+        }
+    }
+}

@@ -1,0 +1,367 @@
+//! `uarm replay`: a recorded run again, bit for bit; or another law on its measurements.
+
+mod chart;
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Context, bail, ensure};
+use hinf_control::{BaseAcceleration, Disturbance, Law};
+use serde::Serialize;
+use uarm_log::candump;
+use uarm_log::records::MAGIC;
+use uarm_log::replay::bus_cycles::bus_cycles;
+use uarm_log::replay::exact::{ExactReplay, Start};
+use uarm_log::replay::what_if::TorqueSummary;
+use uarm_loop::recording::FrameRecord;
+use uarm_loop::schedule::OverrunPolicy;
+use uarm_loop::settings::{AdaptationGuard, Settings};
+use uarm_loop::task_clock::PeriodSource;
+use uarm_loop::torque::DisturbanceSite;
+use uarm_plot::output::FigureFile;
+
+use crate::dimensions::{ACTIVE, JOINTS, RunLog};
+use crate::exit::Exit;
+use crate::log_files::newest;
+use crate::options::choice;
+use crate::robot::Robot;
+use crate::robot::overrides::Overrides;
+use chart::chart;
+
+type Source<'a> = uarm_log::replay::source::Source<'a, JOINTS, ACTIVE>;
+type WhatIf = uarm_log::replay::what_if::WhatIf<ACTIVE>;
+
+/// Arguments of `uarm replay`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  uarm replay                                 the newest log in runs/, every signal compared bit for bit
+  uarm replay run.mcap --from 2               from the last keyframe before 2 s
+  uarm replay run.mcap --controller neural --plot what-if.svg
+                                              what `neural` would have asked for on the same measurements
+  uarm replay bus.log --controller adaptive   a file of candump -L: the torques on the bus, with the law that ran
+
+Exit codes: 0 equal (or a what-if was made), 1 something differs, 3 equal as far as the log goes, but parts are missing.")]
+pub struct Arguments {
+    /// A log of `uarm run`, or a file of `candump -L`; without it the newest log in runs/
+    #[arg(value_name = "FILE")]
+    file: Option<PathBuf>,
+    /// Begin with the last keyframe before this task time, s
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    from: Option<f64>,
+    /// Another controller on the same measurements; with a candump file: the one that ran
+    #[arg(long, value_parser = choice::<Law>(), value_name = "LAW")]
+    controller: Option<Law>,
+    /// Another robot file; with a candump file: the one that the run had
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// Another way for controllers 1 and 2 to have the base acceleration
+    #[arg(long, value_parser = choice::<BaseAcceleration>(), value_name = "MODE")]
+    base_acceleration: Option<BaseAcceleration>,
+    /// Other fuzzy sets
+    #[arg(long, value_name = "FILE.toml")]
+    fuzzy_sets: Option<PathBuf>,
+    /// Another guard of the adapted parameters; with a candump file: the one that the run had, by default "bounded"
+    #[arg(long, value_parser = choice::<AdaptationGuard>(), value_name = "GUARD")]
+    adaptation: Option<AdaptationGuard>,
+    /// With a candump file: where the period came from
+    #[arg(long, value_parser = choice::<PeriodSource>(), value_name = "SOURCE")]
+    dt: Option<PeriodSource>,
+    /// With a candump file: the loop's period, instead of the robot file's
+    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    period: Option<Duration>,
+    /// With a candump file: the disturbance on the sent torque
+    #[arg(long, value_parser = choice::<Disturbance>(), value_name = "KIND")]
+    disturbance: Option<Disturbance>,
+    /// Draw the recorded torques and the other controller's to this file, .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Write both torques of each cycle to this file
+    #[arg(long, value_name = "FILE.csv")]
+    csv: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What a file holds.
+struct Recorded {
+    name: String,
+    robot: Robot,
+    settings: Settings,
+    frames: Vec<FrameRecord>,
+    log: Option<Box<RunLog>>,
+    /// What is missing or cannot be read.
+    damage: Vec<String>,
+}
+
+/// The result as JSON.
+#[derive(Serialize)]
+struct Report<'a> {
+    file: &'a str,
+    controller: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exact: Option<&'a ExactReplay>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    what_if: Option<WhatIfReport>,
+    damage: &'a [String],
+}
+
+/// The torques of a what-if as JSON, N·m.
+#[derive(Serialize)]
+struct WhatIfReport {
+    cycles: usize,
+    rms_difference_nm: [f64; ACTIVE],
+    largest_difference_nm: [f64; ACTIVE],
+    rms_recorded_nm: [f64; ACTIVE],
+    rms_other_nm: [f64; ACTIVE],
+    lost_cycles: u64,
+}
+
+impl WhatIfReport {
+    fn new(what_if: &WhatIf) -> Self {
+        let TorqueSummary { rms_difference, largest_difference, rms_recorded, rms_other } = what_if.summary;
+        Self {
+            cycles: what_if.pairs.len(),
+            rms_difference_nm: rms_difference,
+            largest_difference_nm: largest_difference,
+            rms_recorded_nm: rms_recorded,
+            rms_other_nm: rms_other,
+            lost_cycles: what_if.lost_cycles,
+        }
+    }
+}
+
+/// Replays a file.
+///
+/// # Errors
+/// If it cannot be read, or holds nothing to replay.
+pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let path = arguments.file.clone().map_or_else(newest, Ok)?;
+    let recorded = read(&path, arguments)?;
+    let bus = bus_cycles(&recorded.frames, recorded.robot.description.nodes());
+    let log = recorded.log.as_deref();
+    let source = Source {
+        robot: &recorded.robot.description,
+        settings: &recorded.settings,
+        bus: &bus,
+        records: log.map_or(&[], |log| &log.cycles),
+        keyframes: log.map_or(&[], |log| &log.keyframes),
+        fault: log.and_then(|log| log.fault.as_ref()).map(|fault| fault.cause.as_str()),
+    };
+    let file = path.display().to_string();
+    if arguments.asks_for_another(&recorded) {
+        what_if(arguments, &recorded, &source, &file)
+    } else {
+        exact(arguments, &recorded, &source, &file)
+    }
+}
+
+impl Arguments {
+    /// With a log, whatever says something about controller or robot asks for another; a candump file says nothing itself.
+    fn asks_for_another(&self, recorded: &Recorded) -> bool {
+        let something = self.controller.is_some()
+            || self.robot.is_some()
+            || self.base_acceleration.is_some()
+            || self.fuzzy_sets.is_some()
+            || self.adaptation.is_some();
+        recorded.log.is_some() && something
+    }
+
+    fn overrides(&self, law: Law) -> Overrides {
+        Overrides { period: self.period, hold: None, base_acceleration: self.base_acceleration.map(|mode| (law, mode)) }
+    }
+}
+
+fn read(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
+    let mut input = BufReader::new(File::open(path).with_context(|| path.display().to_string())?);
+    let is_mcap = input.fill_buf().with_context(|| path.display().to_string())?.starts_with(&MAGIC);
+    if is_mcap {
+        ensure!(
+            arguments.dt.is_none() && arguments.period.is_none() && arguments.disturbance.is_none(),
+            "--dt, --period and --disturbance are for candump files: {} tells its own",
+            path.display()
+        );
+        let mut log = RunLog::read_from(input, path)?;
+        return Ok(Recorded {
+            name: log.run.controller.clone(),
+            robot: Robot::from_log(path, &log.run.robot).context("the robot in the log")?,
+            settings: log.run.settings().with_context(|| path.display().to_string())?,
+            frames: std::mem::take(&mut log.frames),
+            damage: std::mem::take(&mut log.damage),
+            log: Some(Box::new(log)),
+        });
+    }
+    let candump = candump::read(input).with_context(|| path.display().to_string())?;
+    let Some(law) = arguments.controller else {
+        bail!("{}: a candump file does not say which controller ran: name it with --controller", path.display());
+    };
+    ensure!(arguments.from.is_none(), "--from needs keyframes, which a candump file has not");
+    let mut robot = Robot::load_with(arguments.robot.as_deref(), &arguments.overrides(law))?;
+    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
+    let settings = Settings {
+        law,
+        guard: arguments.adaptation.unwrap_or(AdaptationGuard::Bounded),
+        overrun: OverrunPolicy::default(),
+        period_source: arguments.dt.unwrap_or_default(),
+        approach: None,
+        disturbance: arguments.disturbance.unwrap_or(Disturbance::None),
+        disturbance_site: DisturbanceSite::Command,
+    };
+    Ok(Recorded { name: law.name().to_owned(), robot, settings, frames: candump.frames, log: None, damage: Vec::new() })
+}
+
+fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: &str) -> anyhow::Result<ExitCode> {
+    ensure!(
+        arguments.plot.is_none() && arguments.csv.is_none(),
+        "--plot and --csv compare two controllers: name the other one with --controller (or --robot)"
+    );
+    let start = arguments.from.map_or(Start::Beginning, Start::KeyframeBefore);
+    let mut controller = recorded.robot.controller(recorded.settings.law, recorded.settings.guard)?;
+    let replay = ExactReplay::run(source, &mut controller, start).with_context(|| file.to_owned())?;
+    if arguments.json {
+        print_json(&Report {
+            file,
+            controller: &recorded.name,
+            exact: Some(&replay),
+            what_if: None,
+            damage: &recorded.damage,
+        })?;
+    } else {
+        print_exact(&replay, recorded, file, &mut io::stdout().lock())?;
+    }
+    let exit = if !replay.is_equal() {
+        Exit::Failure
+    } else if replay.lost_cycles > 0 || !recorded.damage.is_empty() {
+        Exit::Loss
+    } else {
+        Exit::Ok
+    };
+    Ok(exit.into())
+}
+
+fn print_exact(replay: &ExactReplay, recorded: &Recorded, file: &str, output: &mut impl Write) -> io::Result<()> {
+    let ExactReplay { from, cycles, signals, keyframes, .. } = replay;
+    writeln!(output, "replay of {file}: {}, controller {}", recorded.robot.description.name, recorded.name)?;
+    let compared = format!("{cycles} cycles from {from:.3} s, {signals} signals and {keyframes} keyframes compared");
+    if replay.differing_cycles == 0 {
+        writeln!(output, "  {compared}: all equal, bit for bit")?;
+    } else {
+        writeln!(output, "  {compared}: DIFFERENT in {} cycles; the first:", replay.differing_cycles)?;
+    }
+    for difference in &replay.differences {
+        writeln!(output, "    {difference}")?;
+    }
+    match (&replay.fault, replay.fault_reproduced) {
+        (Some(fault), Some(true)) => writeln!(output, "  the fault is the recorded one: {fault}")?,
+        (Some(fault), _) => {
+            writeln!(output, "  DIFFERENT: the replay ends with a fault that was not recorded: {fault}")?
+        }
+        (None, _) => {}
+    }
+    if replay.lost_cycles > 0 {
+        writeln!(
+            output,
+            "  LOST               {} cycles that cannot be replayed, since something before them is missing; \
+             went on from a keyframe {} times",
+            replay.lost_cycles, replay.resumed
+        )?;
+    }
+    for damage in &recorded.damage {
+        writeln!(output, "  LOST               {damage}")?;
+    }
+    Ok(())
+}
+
+fn what_if(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: &str) -> anyhow::Result<ExitCode> {
+    ensure!(
+        arguments.from.is_none(),
+        "--from is for a replay of the run as it was: another law begins with its own state"
+    );
+    let law = arguments.controller.unwrap_or(recorded.settings.law);
+    let mut robot = match &arguments.robot {
+        Some(path) => Robot::load_with(Some(path), &arguments.overrides(law))?,
+        None => {
+            let text = toml::to_string(&recorded.robot.file).context("the robot file of the log")?;
+            Robot::parse(Path::new(file), &text, &arguments.overrides(law))?
+        }
+    };
+    robot.fuzzy_sets = recorded.robot.fuzzy_sets;
+    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
+    let settings =
+        Settings { law, guard: arguments.adaptation.unwrap_or(recorded.settings.guard), ..recorded.settings };
+    let other = Source { robot: &robot.description, settings: &settings, ..*source };
+    let mut controller = robot.controller(law, settings.guard)?;
+    let what_if = WhatIf::run(source, &other, &mut controller).with_context(|| file.to_owned())?;
+    let other_name = match arguments.robot {
+        Some(_) => format!("{} of {}", law.name(), robot.description.name),
+        None => law.name().to_owned(),
+    };
+    if let Some(path) = &arguments.plot {
+        let sheet = chart(&what_if, &recorded.name, &other_name, file);
+        FigureFile::new(path.clone()).and_then(|file| file.write(&sheet)).context("--plot")?;
+    }
+    if let Some(path) = &arguments.csv {
+        write_csv(&what_if, path).with_context(|| format!("--csv {}", path.display()))?;
+    }
+    if arguments.json {
+        let report =
+            Report { file, controller: &other_name, exact: None, what_if: Some(WhatIfReport::new(&what_if)), damage: &recorded.damage };
+        print_json(&report)?;
+    } else {
+        print_what_if(&what_if, recorded, &other_name, file, &mut io::stdout().lock())?;
+    }
+    let whole = recorded.damage.is_empty() && what_if.lost_cycles == 0;
+    let exit = if whole { Exit::Ok } else { Exit::Loss };
+    Ok(exit.into())
+}
+
+fn print_what_if(
+    what_if: &WhatIf,
+    recorded: &Recorded,
+    other: &str,
+    file: &str,
+    output: &mut impl Write,
+) -> io::Result<()> {
+    writeln!(
+        output,
+        "what {other} would have asked for on the measurements of {file}, where {} was in control",
+        recorded.name
+    )?;
+    let TorqueSummary { rms_difference, largest_difference, rms_recorded, rms_other } = what_if.summary;
+    writeln!(output, "  {} cycles, open loop: the robot did not hear it", what_if.pairs.len())?;
+    writeln!(output, "    torque (N m)         joint 2   joint 3")?;
+    let mut row =
+        |name: &str, [joint_2, joint_3]: [f64; 2]| writeln!(output, "    {name:<18} {joint_2:>9.5} {joint_3:>9.5}");
+    row("recorded, RMS", rms_recorded)?;
+    row("other, RMS", rms_other)?;
+    row("difference, RMS", rms_difference)?;
+    row("difference, most", largest_difference)?;
+    if what_if.lost_cycles > 0 {
+        writeln!(output, "  LOST               {} cycles that cannot be replayed", what_if.lost_cycles)?;
+    }
+    for damage in &recorded.damage {
+        writeln!(output, "  LOST               {damage}")?;
+    }
+    Ok(())
+}
+
+fn write_csv(what_if: &WhatIf, path: &Path) -> io::Result<()> {
+    let mut output = io::BufWriter::new(File::create(path)?);
+    writeln!(output, "tick,time_s,torque_recorded_2_nm,torque_recorded_3_nm,torque_other_2_nm,torque_other_3_nm")?;
+    for pair in &what_if.pairs {
+        let ([recorded_2, recorded_3], [other_2, other_3]) = (pair.recorded, pair.other);
+        writeln!(output, "{},{},{recorded_2},{recorded_3},{other_2},{other_3}", pair.tick, pair.time)?;
+    }
+    output.flush()
+}
+
+fn print_json(report: &Report<'_>) -> anyhow::Result<()> {
+    let mut output = io::stdout().lock();
+    serde_json::to_writer_pretty(&mut output, report)?;
+    writeln!(output)?;
+    Ok(())
+}

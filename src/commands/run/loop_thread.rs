@@ -1,0 +1,160 @@
+//! What happens on the loop's thread: the link is opened, the thread becomes a real-time one, the run is made.
+
+use anyhow::Context;
+use hinf_control::Disturbance;
+use uarm_io::drive::network::{Confirmation, StopReport};
+use uarm_io::link::{Link, ObservedLink};
+use uarm_io::monotonic::MonotonicClock;
+use uarm_io::socketcan_link::{Reception, SocketCanLink};
+use uarm_io::time::Clock;
+use uarm_loop::control_loop::{LoopEnd, LoopFault};
+use uarm_loop::guard::{LimitViolation, Quantity};
+use uarm_loop::record::{NoRecorder, Recorder};
+use uarm_loop::run::{Observer, RunError, run};
+use uarm_loop::settings::Settings;
+use uarm_loop::signal_path::SignalFault;
+use uarm_loop::torque::DisturbanceSite;
+use uarm_sim::{InProcessLink, Pacing, VirtualClock};
+
+use super::place::Place;
+use super::realtime::Realtime;
+use super::recording::{LogHandle, LoopSide};
+use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
+use crate::robot::Robot;
+use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
+
+/// All that a run needs on its own thread.
+pub struct LoopThread<'a> {
+    /// The robot.
+    pub robot: &'a Robot,
+    /// What the run does.
+    pub settings: &'a Settings,
+    /// Where it takes place.
+    pub place: &'a Place,
+    /// How the thread is scheduled.
+    pub realtime: Realtime,
+    /// What the run is recorded in.
+    pub loop_side: Option<&'a mut LoopSide>,
+    /// What lines of text are added to.
+    pub log: Option<LogHandle>,
+    /// How others look at the run, and end it.
+    pub observer: Observer<'a, ACTIVE>,
+}
+
+/// How a run ended, and what came of it until then.
+#[derive(Debug)]
+pub struct Finished {
+    /// The end, or the first cause of an early one.
+    pub end: anyhow::Result<LoopEnd>,
+    /// What came of the run.
+    pub outcome: Outcome,
+    /// What braking at the end met, in words.
+    pub stop: String,
+}
+
+impl LoopThread<'_> {
+    /// Makes the run; call it on the loop's thread.
+    ///
+    /// # Errors
+    /// If it cannot be begun.
+    pub fn run(self) -> anyhow::Result<Finished> {
+        match self.place {
+            Place::SimulatedVirtualTime(plant) => {
+                let clock = VirtualClock::default();
+                let link = self.simulated_link(*plant, clock.clone())?;
+                self.on(link, clock)
+            }
+            Place::SimulatedRealTime(plant) => {
+                let link = self.simulated_link(*plant, MonotonicClock)?;
+                let _thread = self.realtime.enter(self.log.as_ref())?;
+                self.on(link, MonotonicClock)
+            }
+            Place::Interface(interface) => {
+                let link = can_link(&self.robot.description, interface)?;
+                let _thread = self.realtime.enter(self.log.as_ref())?;
+                self.on(link, MonotonicClock)
+            }
+        }
+    }
+
+    /// A link to a simulated robot in this process. Its plant follows `clock`; in virtual time that is one period a cycle,
+    /// to the nanosecond.
+    fn simulated_link<C: Clock>(
+        &self,
+        plant: PlantChoice,
+        clock: C,
+    ) -> anyhow::Result<InProcessLink<SimulatedPlant, C>> {
+        let disturbance = match self.settings.disturbance_site {
+            DisturbanceSite::Plant => self.settings.disturbance,
+            DisturbanceSite::Command => Disturbance::None,
+        };
+        let plant = SimulatedPlant::new(self.robot, plant, disturbance)?;
+        Ok(InProcessLink::new(emulate(self.robot, plant, Pacing::WallClock)?, clock))
+    }
+
+    fn on<L: Link, C: Clock>(self, link: L, clock: C) -> anyhow::Result<Finished>
+    where
+        L::Error: Send + Sync + 'static,
+    {
+        let Self { robot, settings, loop_side, observer, .. } = self;
+        match loop_side {
+            Some(LoopSide { cycles, frames }) => {
+                let link = ObservedLink::new(link, |direction, frame: &_, at| frames.record(direction, frame, at));
+                finish(robot, settings, link, clock, cycles, observer)
+            }
+            None => finish(robot, settings, link, clock, NoRecorder, observer),
+        }
+    }
+}
+
+fn finish<L: Link, C: Clock>(
+    robot: &Robot,
+    settings: &Settings,
+    link: L,
+    mut clock: C,
+    recorder: impl Recorder<JOINTS, ACTIVE>,
+    observer: Observer<'_, ACTIVE>,
+) -> anyhow::Result<Finished>
+where
+    L::Error: Send + Sync + 'static,
+{
+    let mut controller = robot.controller(settings.law, settings.guard)?;
+    let finished = run(&robot.description, settings, &mut controller, link, &mut clock, recorder, observer)?;
+    let end = finished.end.map_err(|error| {
+        let hint = hint(&error);
+        let error = anyhow::Error::new(error);
+        match hint {
+            Some(hint) => anyhow::anyhow!("{error:#} ({hint})"),
+            None => error,
+        }
+    });
+    Ok(Finished { end, outcome: finished.outcome, stop: describe(&finished.stop) })
+}
+
+/// Which option of the command line would have helped.
+fn hint<E: uarm_io::link::LinkError>(error: &RunError<E>) -> Option<&'static str> {
+    match error {
+        RunError::Loop(LoopFault::Signals(SignalFault::Limit(LimitViolation {
+            quantity: Quantity::StartError, ..
+        }))) => Some("--approach 5s would go there first"),
+        RunError::Loop(LoopFault::Overrun(_)) => Some("--overrun skip would go on"),
+        RunError::Approach(_) => Some("--approach says how long it may take"),
+        _ => None,
+    }
+}
+
+/// A link to the drives of `robot` on `interface`. The kernel passes on only frames that they send.
+fn can_link(robot: &LoopRobot, interface: &str) -> anyhow::Result<SocketCanLink> {
+    let name = interface.parse().with_context(|| format!("--can {interface}"))?;
+    let identifiers: Vec<_> = robot.network_configuration()?.receive_identifiers().collect();
+    Ok(SocketCanLink::open(name, Reception::Exactly(&identifiers))?)
+}
+
+fn describe(stop: &StopReport<JOINTS>) -> String {
+    let doubtful: Vec<_> = stop.drives.iter().filter(|drive| drive.power_off != Confirmation::Confirmed).collect();
+    if doubtful.is_empty() {
+        return "all drives confirmed power off, brakes closed".to_owned();
+    }
+    let nodes: Vec<_> = doubtful.iter().map(|drive| drive.node.to_string()).collect();
+    format!("NOT CONFIRMED by node {}: power off and brakes (its own heartbeat watchdog brakes it)", nodes.join(", "))
+}

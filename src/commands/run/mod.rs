@@ -1,0 +1,207 @@
+//! `uarm run`: the paper's experiment, on the simulated robot or on real drives.
+
+mod loop_thread;
+mod place;
+mod realtime;
+mod recording;
+mod session;
+mod watch;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::Context;
+use hinf_control::{BaseAcceleration, Disturbance, Law};
+use uarm_io::realtime::RealtimePolicy;
+use uarm_loop::schedule::OverrunPolicy;
+use uarm_loop::settings::{AdaptationGuard, Settings};
+use uarm_loop::task_clock::PeriodSource;
+use uarm_loop::torque::DisturbanceSite;
+
+use crate::exit::Exit;
+use crate::log_files::LogChoice;
+use crate::options::choice;
+use crate::report::{RunReport, print_mean};
+use crate::robot::Robot;
+use crate::robot::overrides::Overrides;
+use crate::signals;
+use crate::simulated_robot::PlantChoice;
+use place::Place;
+use realtime::Realtime;
+use recording::Repetition;
+use session::Session;
+
+/// Arguments of `uarm run`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  uarm run                                   the paper's task on the simulated robot, in real time
+  uarm run --virtual-time --log run.mcap     the same in milliseconds, recorded in a file of your choice
+  uarm run --controller adaptive --plant ideal
+  uarm plant --can vcan0 &  uarm run --can vcan0
+  uarm run --can can0 --robot my-robot.toml  real drives: keep a hand on the emergency stop")]
+pub struct Arguments {
+    /// The control law
+    #[arg(long, default_value = Law::Nonlinear.name(), value_parser = choice::<Law>(), value_name = "LAW")]
+    controller: Law,
+    /// The robot file; without it the paper's UARM, which is built in
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// Drive the real drives on this CAN interface, such as can0 or vcan0
+    #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["plant", "virtual_time"])]
+    can: Option<String>,
+    /// What the simulated robot is
+    #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
+    plant: PlantChoice,
+    /// Run the simulated robot in virtual time: the same loop, as fast as it goes, bit for bit the same each time
+    #[arg(long)]
+    virtual_time: bool,
+    /// The loop's period, such as 3ms or 1ms, instead of the robot file's
+    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    period: Option<Duration>,
+    /// How long the end of the motion is held, such as 500ms or 60s, instead of the robot file's
+    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    hold: Option<Duration>,
+    /// Go to the start of the motion first, from wherever the joints are, in this time, such as 5s
+    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    approach: Option<Duration>,
+    /// How controllers 1 and 2 have the base acceleration, instead of the robot file's choice
+    #[arg(long, value_parser = choice::<BaseAcceleration>(), value_name = "MODE")]
+    base_acceleration: Option<BaseAcceleration>,
+    /// What keeps adapted parameters from drifting; by default "bounded" with --can and "none" otherwise, as in the paper
+    #[arg(long, value_parser = choice::<AdaptationGuard>(), value_name = "GUARD")]
+    adaptation: Option<AdaptationGuard>,
+    /// Let the fuzzy laws run with the sets in this file, as uarm train writes it; without it with the untrained grid
+    #[arg(long, value_name = "FILE.toml")]
+    fuzzy_sets: Option<PathBuf>,
+    /// Run the experiment this many times
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000), value_name = "N")]
+    repeat: u32,
+    /// The disturbance (paper eq. 48); by default "paper" on the simulated robot and "none" with --can
+    #[arg(long, value_parser = choice::<Disturbance>(), value_name = "KIND")]
+    disturbance: Option<Disturbance>,
+    /// Where the disturbance acts; by default on the simulated plant's joints, and on the sent torque with --can
+    #[arg(long, value_parser = choice::<DisturbanceSite>(), value_name = "SITE")]
+    disturbance_site: Option<DisturbanceSite>,
+    /// What to do when a cycle ends after the next should have begun
+    #[arg(long, value_parser = choice::<OverrunPolicy>(), default_value = "skip", value_name = "POLICY")]
+    overrun: OverrunPolicy,
+    /// Where the period that estimators and laws are told comes from
+    #[arg(long, value_parser = choice::<PeriodSource>(), default_value = "scheduled", value_name = "SOURCE")]
+    dt: PeriodSource,
+    /// Real-time scheduling of the loop; by default "enforce" with --can and "prefer" otherwise
+    #[arg(long, value_parser = choice::<RealtimePolicy>(), value_name = "POLICY")]
+    rt: Option<RealtimePolicy>,
+    /// SCHED_FIFO priority of the loop
+    #[arg(long, default_value_t = 80, value_parser = clap::value_parser!(u8).range(1..=98), value_name = "1..98")]
+    priority: u8,
+    /// Keep the loop on this CPU
+    #[arg(long, value_name = "CPU")]
+    cpu: Option<usize>,
+    /// Where the run is recorded, as MCAP for Foxglove, `uarm show` and `uarm replay`: a new file, or "none"; without this
+    /// option runs/TIME-CONTROLLER.mcap
+    #[arg(long, value_name = "FILE|none")]
+    log: Option<LogChoice>,
+    /// Print the reports as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the experiments and prints their reports.
+///
+/// # Errors
+/// If the robot file is wrong, or an experiment cannot be begun.
+pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let robot = robot(arguments)?;
+    let stop = signals::stop_request().context("signal handlers")?;
+    let session = Session {
+        settings: settings(arguments),
+        place: place(arguments),
+        realtime: realtime(arguments)?,
+        log: arguments.log.clone().unwrap_or_default(),
+    };
+    for line in session.announcement(&robot) {
+        eprintln!("{line}");
+    }
+    let mut reports = Vec::new();
+    for number in 1..=arguments.repeat {
+        if stop.is_made() {
+            break;
+        }
+        let report = session.run(&robot, Repetition { number, of: arguments.repeat }, &stop)?;
+        if !arguments.json {
+            report.print(&mut std::io::stdout().lock())?;
+        }
+        let completed = report.completed;
+        if !completed {
+            eprintln!("uarm: {}", report.end);
+        }
+        reports.push(report);
+        if !completed {
+            break;
+        }
+    }
+    if arguments.json {
+        let mut output = std::io::stdout().lock();
+        serde_json::to_writer_pretty(&mut output, &reports)?;
+        writeln!(output)?;
+    } else if reports.len() > 1 {
+        print_mean(&reports, &mut std::io::stdout().lock())?;
+    }
+    Ok(outcome(&reports, arguments.can.is_some()).into())
+}
+
+/// Missed deadlines are a loss where motors were driven; on the simulated robot they only tell of the machine.
+fn outcome(reports: &[RunReport], drives: bool) -> Exit {
+    let late = |report: &RunReport| report.timing.missed_deadlines + report.timing.skipped_ticks > 0;
+    if reports.iter().any(|report| !report.completed) {
+        Exit::Failure
+    } else if reports.iter().any(|report| report.has_loss() || (drives && late(report))) {
+        Exit::Loss
+    } else {
+        Exit::Ok
+    }
+}
+
+fn robot(arguments: &Arguments) -> anyhow::Result<Robot> {
+    let overrides = Overrides {
+        period: arguments.period,
+        hold: arguments.hold,
+        base_acceleration: arguments.base_acceleration.map(|mode| (arguments.controller, mode)),
+    };
+    let mut robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
+    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
+    Ok(robot)
+}
+
+/// On drives, what is safe; on the simulated robot, what the paper did.
+fn settings(arguments: &Arguments) -> Settings {
+    let (guard, disturbance, disturbance_site) = match arguments.can {
+        Some(_) => (AdaptationGuard::Bounded, Disturbance::None, DisturbanceSite::Command),
+        None => (AdaptationGuard::None, Disturbance::Paper, DisturbanceSite::Plant),
+    };
+    Settings {
+        law: arguments.controller,
+        guard: arguments.adaptation.unwrap_or(guard),
+        overrun: arguments.overrun,
+        period_source: arguments.dt,
+        approach: arguments.approach,
+        disturbance: arguments.disturbance.unwrap_or(disturbance),
+        disturbance_site: arguments.disturbance_site.unwrap_or(disturbance_site),
+    }
+}
+
+fn place(arguments: &Arguments) -> Place {
+    match (&arguments.can, arguments.virtual_time) {
+        (Some(interface), _) => Place::Interface(interface.clone()),
+        (None, true) => Place::SimulatedVirtualTime(arguments.plant),
+        (None, false) => Place::SimulatedRealTime(arguments.plant),
+    }
+}
+
+fn realtime(arguments: &Arguments) -> anyhow::Result<Realtime> {
+    let default = if arguments.can.is_some() { RealtimePolicy::Enforce } else { RealtimePolicy::Prefer };
+    Realtime::new(arguments.rt.unwrap_or(default), arguments.priority, arguments.cpu)
+}

@@ -1,0 +1,192 @@
+//! The recording of a run: its log, opened before it and closed after.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use uarm_io::monotonic::MonotonicClock;
+use uarm_io::time::{Clock, Instant};
+
+use uarm_log::description::{ClockKind, JointDescription, LogHeader, MachineDescription, RunDescription};
+use uarm_log::time_axis::TimeAxis;
+use uarm_log::writer::LogWriter;
+use uarm_loop::recording::{self, FrameRecorder, FullQueue, Leftovers, LoopRecorder, Recording, RunEnd};
+use uarm_loop::settings::Settings;
+
+use super::place::Place;
+use crate::dimensions::{ACTIVE, JOINTS};
+use crate::log_files::LogChoice;
+use crate::report::RunReport;
+use crate::robot::Robot;
+
+/// What lines of text are added to a log with.
+pub type LogHandle = recording::LogHandle<JOINTS, ACTIVE>;
+type Writer = recording::Writer<JOINTS, ACTIVE>;
+
+/// Which of how many repetitions a run is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Repetition {
+    /// Counted from 1.
+    pub number: u32,
+    /// How many there are.
+    pub of: u32,
+}
+
+impl Repetition {
+    /// `run.mcap` of repetition 2 is `run-2.mcap`, unless it is the only one.
+    fn file(self, path: &Path) -> PathBuf {
+        if self.of == 1 {
+            return path.to_owned();
+        }
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let extension =
+            path.extension().map(|extension| format!(".{}", extension.to_string_lossy())).unwrap_or_default();
+        path.with_file_name(format!("{stem}-{}{extension}", self.number))
+    }
+}
+
+/// The loop's side of a recording.
+#[derive(Debug)]
+pub struct LoopSide {
+    /// What the loop records its cycles into.
+    pub cycles: LoopRecorder<JOINTS, ACTIVE>,
+    /// What its link records frames into.
+    pub frames: FrameRecorder,
+}
+
+/// The recording of a run, if one was asked for.
+pub struct RunRecording {
+    log: Option<PathBuf>,
+    ends: Option<(LoopSide, Writer)>,
+}
+
+/// What a recording lost.
+#[derive(Debug, Default)]
+pub struct Losses {
+    /// Records that found no room.
+    pub dropped: u64,
+    /// In words, these and others.
+    pub texts: Vec<String>,
+}
+
+impl RunRecording {
+    /// Opens the log that `choice` asks for, and starts its writer.
+    ///
+    /// # Errors
+    /// If the file cannot be opened.
+    pub fn start(choice: &LogChoice, content: &LogContent<'_>, repetition: Repetition) -> anyhow::Result<Self> {
+        let choice = match choice {
+            LogChoice::File(path) => LogChoice::File(repetition.file(path)),
+            choice => choice.clone(),
+        };
+        let Some((path, output)) = choice.create(content.settings.law.name())? else {
+            return Ok(Self { log: None, ends: None });
+        };
+        let log = content.writer(output, &path).with_context(|| format!("the log {}", path.display()))?;
+        let full_queue = match content.place.clock() {
+            ClockKind::Virtual => FullQueue::Wait,
+            ClockKind::Monotonic => FullQueue::Keep,
+        };
+        let period = content.robot.description.period.duration();
+        let Recording { loop_recorder, frame_recorder, writer } =
+            recording::start(vec![Box::new(log)], full_queue, period).context("the writer thread")?;
+        let loop_side = LoopSide { cycles: loop_recorder, frames: frame_recorder };
+        Ok(Self { log: Some(path), ends: Some((loop_side, writer)) })
+    }
+
+    /// The file, if there is one.
+    pub fn log(&self) -> Option<&Path> {
+        self.log.as_deref()
+    }
+
+    /// What the loop's thread needs of it.
+    pub fn for_the_loop(&mut self) -> (Option<&mut LoopSide>, Option<LogHandle>) {
+        match &mut self.ends {
+            Some((loop_side, writer)) => (Some(loop_side), Some(writer.log_handle())),
+            None => (None, None),
+        }
+    }
+
+    /// Waits until all is written that can be.
+    pub fn finish(self, end: &End<'_>) -> Losses {
+        let Some((LoopSide { cycles, frames }, writer)) = self.ends else { return Losses::default() };
+        let leftovers = Leftovers::of(cycles, frames);
+        let dropped = writer.dropped();
+        let end = end.record(&leftovers, dropped);
+        let mut texts = writer.finish(leftovers, end);
+        if dropped > 0 {
+            texts.push(format!("{dropped} records found no room in queue and ring: the disk is too slow"));
+        }
+        Losses { dropped, texts }
+    }
+}
+
+/// How an experiment ended.
+#[derive(Clone, Copy, Debug)]
+pub enum End<'a> {
+    /// With a report.
+    Reported(&'a RunReport),
+    /// Before it could begin, or by a bug.
+    Failed(&'a str),
+}
+
+impl End<'_> {
+    fn record(&self, leftovers: &Leftovers<JOINTS, ACTIVE>, dropped: u64) -> RunEnd {
+        let (text, fault, figures) = match self {
+            Self::Reported(report) => (report.end.clone(), report.fault.clone(), report.figures()),
+            Self::Failed(cause) => (format!("FAILED: {cause}"), Some((*cause).to_owned()), Vec::new()),
+        };
+        let count = |kept: usize| u64::try_from(kept).unwrap_or(u64::MAX);
+        RunEnd {
+            text,
+            fault,
+            figures,
+            cycles_kept: count(leftovers.cycles.len()),
+            frames_kept: count(leftovers.frames.len()),
+            dropped,
+        }
+    }
+}
+
+/// What a log is about.
+#[derive(Clone, Copy, Debug)]
+pub struct LogContent<'a> {
+    /// The robot.
+    pub robot: &'a Robot,
+    /// What the run does.
+    pub settings: &'a Settings,
+    /// Where it takes place.
+    pub place: &'a Place,
+    /// The machine.
+    pub machine: &'a MachineDescription,
+    /// What was announced, line by line.
+    pub announcement: &'a [String],
+}
+
+impl LogContent<'_> {
+    fn writer(&self, output: File, path: &Path) -> anyhow::Result<LogWriter<File, JOINTS>> {
+        let Self { robot, settings, place, machine, announcement } = self;
+        let (axis, start) = match place.clock() {
+            ClockKind::Virtual => (TimeAxis::simulated(), Instant::default()),
+            ClockKind::Monotonic => (TimeAxis::monotonic(), MonotonicClock.now()),
+        };
+        let period = robot.description.period;
+        let run = RunDescription::new(settings, &place.name(), axis, period, robot.for_log()?);
+        let lengths = robot.link_lengths();
+        let joints = std::array::from_fn(|index| {
+            let joint = &robot.description.joints[index];
+            JointDescription { name: joint.name.clone(), node: joint.node.raw(), link_length: lengths[index] }
+        });
+        let name = path.display().to_string();
+        let header = LogHeader {
+            name: &name,
+            run: &run,
+            machine,
+            joints: &joints,
+            robot_source: &robot.source,
+            start,
+            preamble: announcement,
+        };
+        Ok(LogWriter::new(output, &header)?)
+    }
+}

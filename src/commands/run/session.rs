@@ -1,0 +1,138 @@
+//! Experiments as the command line asks for them: announced, run on their own thread, watched, reported.
+
+use std::any::Any;
+use std::panic::resume_unwind;
+use std::path::Path;
+use std::thread;
+
+use uarm_log::description::ClockKind;
+use uarm_loop::control_loop::LoopEnd;
+use uarm_loop::run::Observer;
+use uarm_loop::settings::Settings;
+use uarm_loop::stop_request::StopRequest;
+
+use super::loop_thread::{Finished, LoopThread};
+use super::place::Place;
+use super::realtime::Realtime;
+use super::recording::{End, LogContent, Losses, Repetition, RunRecording};
+use super::watch::show_progress;
+use crate::dimensions::Progress;
+use crate::log_files::LogChoice;
+use crate::report::{COMPLETED, Ending, RunReport, Subject};
+use crate::robot::Robot;
+
+/// A series of experiments.
+#[derive(Clone, Debug)]
+pub struct Session {
+    /// What each of them does.
+    pub settings: Settings,
+    /// Where they take place.
+    pub place: Place,
+    /// Scheduling of the loop.
+    pub realtime: Realtime,
+    /// Where they are recorded.
+    pub log: LogChoice,
+}
+
+impl Session {
+    /// What is about to move, and within which limits, line by line.
+    pub fn announcement(&self, robot: &Robot) -> Vec<String> {
+        let (law, description) = (self.settings.law, &robot.description);
+        let mut lines = vec![
+            format!("{}: controller {} ({})", description.name, law.name(), law.description()),
+            self.place.announcement(),
+        ];
+        for joint in description.joints.iter().filter(|joint| joint.torque_limit > 0.0) {
+            let [least, most] = joint.limits.position;
+            lines.push(format!(
+                "  {}: torque +-{} N m, {} N m/s; velocity +-{:.0} deg/s; angle {:.0} to {:.0} deg",
+                joint.name,
+                joint.torque_limit,
+                joint.torque_rate_limit,
+                joint.limits.velocity.to_degrees(),
+                least.to_degrees(),
+                most.to_degrees()
+            ));
+        }
+        let period = description.period.duration();
+        let bus = description.bus.time;
+        lines.push(format!(
+            "  period {period:?}; bus {:.0} us of it at {} bit/s; tracking error at most {:.0} deg",
+            bus.cyclic.as_secs_f64() * 1e6,
+            description.bus.bit_rate.bits_per_second(),
+            description.tracking_error_limit.to_degrees()
+        ));
+        lines
+    }
+
+    /// Runs one experiment.
+    ///
+    /// # Errors
+    /// If it cannot be begun, or a file cannot be opened.
+    pub fn run(&self, robot: &Robot, repetition: Repetition, stop: &StopRequest) -> anyhow::Result<RunReport> {
+        let content = LogContent {
+            robot,
+            settings: &self.settings,
+            place: &self.place,
+            machine: &self.realtime.machine(),
+            announcement: &self.announcement(robot),
+        };
+        let mut recording = RunRecording::start(&self.log, &content, repetition)?;
+        let progress = Progress::default();
+        let finished = thread::scope(|scope| {
+            let (loop_side, log) = recording.for_the_loop();
+            let progress = &progress;
+            let loop_thread = LoopThread {
+                robot,
+                settings: &self.settings,
+                place: &self.place,
+                realtime: self.realtime,
+                loop_side,
+                log,
+                observer: Observer { progress, stop },
+            };
+            let run = move || loop_thread.run();
+            let experiment = thread::Builder::new().name("uarm-loop".into()).spawn_scoped(scope, run)?;
+            if self.place.clock() == ClockKind::Monotonic {
+                show_progress(progress, robot.description.task.motion().end(), || experiment.is_finished());
+            }
+            Ok(experiment.join())
+        });
+        match finished.unwrap_or_else(|error: std::io::Error| Ok(Err(error.into()))) {
+            Ok(Ok(finished)) => {
+                let mut report = self.report(robot, &finished, recording.log());
+                let Losses { dropped, texts } = recording.finish(&End::Reported(&report));
+                report.records_dropped = dropped;
+                report.losses = texts;
+                Ok(report)
+            }
+            Ok(Err(error)) => {
+                recording.finish(&End::Failed(&format!("{error:#}")));
+                Err(error)
+            }
+            // The motors have been stopped; what led to the bug is worth keeping.
+            Err(panic) => {
+                recording.finish(&End::Failed(&format!("a bug: {}", panic_text(panic.as_ref()))));
+                resume_unwind(panic)
+            }
+        }
+    }
+
+    fn report(&self, robot: &Robot, finished: &Finished, log: Option<&Path>) -> RunReport {
+        let Finished { end, outcome, stop } = finished;
+        let (completed, text, fault) = match end {
+            Ok(LoopEnd::Completed) => (true, COMPLETED.to_owned(), None),
+            Ok(LoopEnd::Interrupted) => (false, format!("interrupted; {stop}"), None),
+            Err(error) => (false, format!("FAILED: {error:#}; {stop}"), Some(format!("{error:#}"))),
+        };
+        let (plant, clock) = (self.place.name(), self.place.clock());
+        let controller = self.settings.law.name();
+        let subject = Subject { robot: &robot.description, plant: &plant, controller, clock };
+        RunReport::new(subject, Ending { text, fault, completed }, outcome, log.map(Path::to_owned))
+    }
+}
+
+fn panic_text(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic without words")
+}

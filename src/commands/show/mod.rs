@@ -1,0 +1,141 @@
+//! `uarm show`: what a log tells, also of a run that was killed.
+
+mod print;
+mod summary;
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Context;
+use clap::error::ErrorKind;
+use uarm_plot::output::FigureFile;
+
+use uarm_log::{candump, csv};
+
+use crate::dimensions::RunLog;
+use crate::exit::Exit;
+use crate::inspection::{chart, panels, plain_text};
+use crate::log_files;
+use crate::robot::Robot;
+use summary::Summary;
+
+/// What frames of a simulated robot, which has no interface, are exported under: most likely to be played back there.
+const INTERFACE_OF_SIMULATED_ROBOTS: &str = "vcan0";
+
+/// Arguments of `uarm show`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Indices, peaks and timing are recomputed from the cycles in the log, and compared with what the run recorded at its end.
+Exit codes: 0 the log is whole, 3 something is missing or damaged (all that is left is told), 1 it is no log.
+
+Examples:
+  uarm show                                  the newest log in runs/
+  uarm show run.mcap --plot                  with plots in the terminal
+  uarm show run.mcap --figure run.svg --figure run.png
+  uarm show run.mcap --csv -                 every signal of every cycle, one row a cycle
+  uarm show run.mcap --candump - | canplayer vcan0=can0")]
+pub struct Arguments {
+    /// The log; without it the newest in runs/
+    #[arg(value_name = "FILE")]
+    file: Option<PathBuf>,
+    /// Plot errors, torques, base and latencies in the terminal
+    #[arg(long)]
+    plot: bool,
+    /// Write the same plots as a figure; the extension says of which kind, and the option may be given twice
+    #[arg(long, value_name = "FILE.svg|FILE.png")]
+    figure: Vec<FigureFile>,
+    /// Write every signal of every cycle, one row a cycle; "-" for standard output, without the summary
+    #[arg(long, value_name = "FILE.csv|-", value_parser = destination)]
+    csv: Option<Destination>,
+    /// Write the frames as candump -L does; "-" for standard output, without the summary
+    #[arg(long, value_name = "FILE|-", value_parser = destination)]
+    candump: Option<Destination>,
+    /// Print the summary as JSON
+    #[arg(long, conflicts_with = "plot")]
+    json: bool,
+}
+
+/// Where an export goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Destination {
+    StandardOutput,
+    File(PathBuf),
+}
+
+fn destination(text: &str) -> Result<Destination, std::convert::Infallible> {
+    Ok(match text {
+        "-" => Destination::StandardOutput,
+        file => Destination::File(file.into()),
+    })
+}
+
+impl Destination {
+    fn open(&self) -> anyhow::Result<Box<dyn Write>> {
+        Ok(match self {
+            Self::StandardOutput => Box::new(BufWriter::new(io::stdout().lock())),
+            Self::File(path) => {
+                let file = File::create(path).with_context(|| path.display().to_string())?;
+                Box::new(BufWriter::new(file))
+            }
+        })
+    }
+}
+
+/// Reads a log and tells what is asked for.
+///
+/// # Errors
+/// If it is no log, or a file cannot be written.
+pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let standard_output_is_taken = is_standard_output_taken(arguments);
+    let path = arguments.file.clone().map_or_else(log_files::newest, Ok)?;
+    let log = RunLog::read(&path)?;
+    let robot = Robot::from_log(&path, &log.run.robot).context("the robot in the log")?;
+    let summary = Summary::of(&log, &robot.description);
+    export(arguments, &log)?;
+    let mut output = io::stdout().lock();
+    if standard_output_is_taken {
+        for loss in &summary.report.losses {
+            eprintln!("uarm: {}: {loss}", path.display());
+        }
+    } else if arguments.json {
+        serde_json::to_writer_pretty(&mut output, &summary)?;
+        writeln!(output)?;
+    } else {
+        print::print(&summary, &mut output)?;
+    }
+    if arguments.plot {
+        output.write_all(chart::plain(&panels::sheet(&log), plain_text::columns()).as_bytes())?;
+    }
+    let exit = if summary.is_whole() { Exit::Ok } else { Exit::Loss };
+    Ok(exit.into())
+}
+
+/// Whether an export goes to standard output; two of them, or one and the JSON or the plots, would be unreadable there.
+fn is_standard_output_taken(arguments: &Arguments) -> bool {
+    let exports = [&arguments.csv, &arguments.candump];
+    let takers = exports.iter().filter(|export| ***export == Some(Destination::StandardOutput)).count();
+    let others = usize::from(arguments.json) + usize::from(arguments.plot);
+    if takers > 0 && takers + others > 1 {
+        let message = "only one of --csv -, --candump -, --json and --plot can have standard output";
+        clap::Error::raw(ErrorKind::ArgumentConflict, format!("{message}\n")).exit();
+    }
+    takers > 0
+}
+
+fn export(arguments: &Arguments, log: &RunLog) -> anyhow::Result<()> {
+    if let Some(destination) = &arguments.csv {
+        csv::write(&log.cycles, destination.open().context("--csv")?).context("--csv")?;
+    }
+    if let Some(destination) = &arguments.candump {
+        let interface = log.run.interface().unwrap_or(INTERFACE_OF_SIMULATED_ROBOTS);
+        let output = destination.open().context("--candump")?;
+        candump::write(&log.frames, interface, log.run.axis, output).context("--candump")?;
+    }
+    if !arguments.figure.is_empty() {
+        let sheet = panels::sheet(log);
+        arguments.figure.iter().try_for_each(|file| file.write(&sheet)).context("--figure")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,199 @@
+//! All that is told of a run.
+
+use std::time::{Duration, UNIX_EPOCH};
+
+use serde::Serialize;
+
+use uarm_log::decoder::LoggedNote;
+use uarm_log::description::Fields;
+use uarm_log::proto;
+use uarm_log::time_axis::seconds_between;
+use uarm_loop::recording::Severity;
+
+use crate::dimensions::{LoopRobot, Outcome, RunLog};
+use crate::report::{COMPLETED, Ending, RunReport, Subject};
+
+/// A run as its log tells it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// Why it failed, and what the flight recorder kept.
+    pub fault: Option<FlightRecord>,
+    /// The run's report, recomputed from the cycles in the log. What is missing or damaged stands among its losses.
+    pub report: RunReport,
+    /// Figures that the run itself recorded otherwise.
+    pub disagreements: Vec<Disagreement>,
+    /// What is in the log.
+    pub contents: Contents,
+    /// Version, commit, kernel, CPU and real-time settings.
+    pub machine: Fields,
+    /// Bus and drives as they were last.
+    pub health: Option<proto::CanHealth>,
+    /// Warnings, and what is worse.
+    pub warnings: Vec<Warning>,
+}
+
+/// The end of a failed run.
+#[derive(Clone, Debug, Serialize)]
+pub struct FlightRecord {
+    /// The first cause.
+    pub cause: String,
+    /// The last cycle before it.
+    pub last_tick: Option<u64>,
+    /// When it was, s after the first cycle was due.
+    pub at_s: f64,
+    /// How long the marked part of the log before it is, s.
+    pub window_s: f64,
+    /// Cycles in that part.
+    pub cycles: usize,
+    /// Frames in it.
+    pub frames: usize,
+    /// Cycles that were kept beside the queue because the writer was late.
+    pub cycles_kept: u64,
+    /// Frames that were.
+    pub frames_kept: u64,
+}
+
+/// A figure that the run recorded otherwise than its cycles give it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Disagreement {
+    /// The figure's name.
+    pub figure: String,
+    /// As the run recorded it.
+    pub recorded: String,
+    /// As the cycles in the log give it.
+    pub recomputed: String,
+}
+
+/// How much is in a log.
+#[derive(Clone, Debug, Serialize)]
+pub struct Contents {
+    /// When the first cycle was due, RFC 3339; in virtual time from 2000-01-01 on.
+    pub begin: String,
+    /// From there to the end of the last cycle, s.
+    pub duration_s: f64,
+    /// Cycles.
+    pub cycles: usize,
+    /// Frames.
+    pub frames: usize,
+    /// Keyframes, from which a replay can begin.
+    pub keyframes: usize,
+}
+
+/// A note that matters.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Warning {
+    /// When, s after the first cycle was due.
+    pub at_s: f64,
+    /// Whether the run failed of it.
+    pub fatal: bool,
+    /// What it says.
+    pub text: String,
+}
+
+impl Summary {
+    /// The summary of a log of a run of `robot`.
+    pub fn of(log: &RunLog, robot: &LoopRobot) -> Self {
+        let begin = begin(log);
+        let report = report(log, robot);
+        Self {
+            fault: log.fault.as_ref().map(|fault| flight_record(log, fault, begin)),
+            disagreements: disagreements(log, &report),
+            contents: contents(log, begin),
+            machine: log.machine.clone(),
+            health: log.health.last().cloned(),
+            warnings: log.notes.iter().filter_map(|note| warning(note, begin)).collect(),
+            report,
+        }
+    }
+
+    /// Is all there that the run recorded?
+    pub fn is_whole(&self) -> bool {
+        !self.report.has_loss()
+    }
+}
+
+/// When the first cycle was due on the file's axis, or the file begins if it has no cycle.
+fn begin(log: &RunLog) -> u64 {
+    let first_cycle = log.cycles.first().map(|record| log.run.axis.at(record.instants.scheduled));
+    first_cycle.or_else(|| log.notes.first().map(|note| note.at)).unwrap_or_default()
+}
+
+fn report(log: &RunLog, robot: &LoopRobot) -> RunReport {
+    let subject =
+        Subject { robot, plant: &log.run.place, controller: &log.run.controller, clock: log.run.clock() };
+    let outcome = Outcome::of_cycles(&robot.task.motion(), robot.period, &log.cycles);
+    let mut report = RunReport::new(subject, ending(log), &outcome, Some(log.path.clone()));
+    report.page_faults = number(log, "page_faults");
+    report.records_dropped = records_dropped(log);
+    report.losses.clone_from(&log.damage);
+    if report.records_dropped > 0 {
+        report.losses.push(format!("{} records were dropped: the disk was too slow", report.records_dropped));
+    }
+    let logged = u64::try_from(log.cycles.len()).unwrap_or(u64::MAX);
+    let ran = number(log, "cycles").unwrap_or(logged);
+    if ran > logged {
+        report.losses.push(format!("{} of {ran} cycles are not in the log", ran - logged));
+    }
+    report
+}
+
+fn ending(log: &RunLog) -> Ending {
+    let recorded = |name: &str| log.end.as_ref().and_then(|end| end.get(name)).filter(|text| !text.is_empty());
+    let text = recorded("end").cloned().unwrap_or_else(|| "no end is recorded".to_owned());
+    let fault = log.fault.as_ref().map(|fault| fault.cause.clone()).or_else(|| recorded("fault").cloned());
+    Ending { completed: text == COMPLETED, text, fault }
+}
+
+/// A figure that the run recorded at its end.
+fn number(log: &RunLog, name: &str) -> Option<u64> {
+    log.end.as_ref()?.get(name)?.parse().ok()
+}
+
+fn records_dropped(log: &RunLog) -> u64 {
+    let last_told = log.health.last().map(|health| health.records_dropped);
+    number(log, "records_dropped").or(last_told).unwrap_or_default()
+}
+
+fn disagreements(log: &RunLog, report: &RunReport) -> Vec<Disagreement> {
+    let Some(end) = &log.end else { return Vec::new() };
+    let differs = |(figure, recomputed): (String, String)| {
+        let recorded = end.get(&figure).filter(|recorded| **recorded != recomputed)?.clone();
+        Some(Disagreement { figure, recorded, recomputed })
+    };
+    report.figures().into_iter().filter_map(differs).collect()
+}
+
+fn contents(log: &RunLog, begin: u64) -> Contents {
+    let end = log.cycles.last().map_or(begin, |record| log.run.axis.at(record.instants.done));
+    Contents {
+        begin: humantime::format_rfc3339_millis(UNIX_EPOCH + Duration::from_nanos(begin)).to_string(),
+        duration_s: seconds_between(begin, end),
+        cycles: log.cycles.len(),
+        frames: log.frames.len(),
+        keyframes: log.keyframes.len(),
+    }
+}
+
+fn flight_record(log: &RunLog, fault: &proto::Fault, begin: u64) -> FlightRecord {
+    let axis = log.run.axis;
+    let window = fault.window_start_ns..=fault.at_ns;
+    FlightRecord {
+        cause: fault.cause.clone(),
+        last_tick: fault.last_tick,
+        at_s: seconds_between(begin, fault.at_ns),
+        window_s: seconds_between(fault.window_start_ns.max(begin), fault.at_ns).max(0.0),
+        cycles: log.cycles.iter().filter(|record| window.contains(&axis.at(record.instants.done))).count(),
+        frames: log.frames.iter().filter(|frame| window.contains(&axis.at(frame.at))).count(),
+        cycles_kept: fault.cycles_kept,
+        frames_kept: fault.frames_kept,
+    }
+}
+
+fn warning(note: &LoggedNote, begin: u64) -> Option<Warning> {
+    let fatal = match note.severity {
+        Severity::Info => return None,
+        Severity::Warning => false,
+        Severity::Fatal => true,
+    };
+    Some(Warning { at_s: seconds_between(begin, note.at), fatal, text: note.text.clone() })
+}

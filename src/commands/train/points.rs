@@ -1,0 +1,266 @@
+//! Reads from recorded runs what training needs of each cycle: from logs, or from CSV files such as `uarm show --csv`
+//! writes. Columns are found by their names, so that others may be added.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use csv::{ErrorKind, ReaderBuilder, StringRecord};
+use hinf_control::TrackingError;
+use nalgebra::Vector2;
+use uarm_log::reader::ReadError;
+use uarm_log::records::MAGIC;
+
+use crate::dimensions::{CycleRecord, RunLog};
+
+/// One cycle of joints 2 and 3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Where it stands in its file, for messages.
+    pub place: Place,
+    /// Velocity and position errors, rad/s and rad.
+    pub error: TrackingError<f64>,
+    /// The H∞ control input u.
+    pub control_input: Vector2<f64>,
+    /// The torque after the limiter, N·m.
+    pub torque_applied: Vector2<f64>,
+    /// Whether the limiter cut it, joint by joint.
+    pub limited: [bool; 2],
+}
+
+/// Where a cycle stands in its file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// The line of a CSV file, counted from 1.
+    Line(u64),
+    /// The tick in a log.
+    Tick(u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(formatter, "line {line}"),
+            Self::Tick(tick) => write!(formatter, "tick {tick}"),
+        }
+    }
+}
+
+/// A recorded run that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum PointsError {
+    /// The file cannot be read.
+    #[error("{}: cannot be read: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Why it cannot be read.
+        source: std::io::Error,
+    },
+    /// The log cannot be read.
+    #[error(transparent)]
+    Log(#[from] ReadError),
+    /// A part of the log is missing or damaged.
+    #[error("{}: {found}: expected a whole log", file.display())]
+    Damaged {
+        /// The file.
+        file: PathBuf,
+        /// What is missing.
+        found: String,
+    },
+    /// A line of a CSV file is not as it should be.
+    #[error("{}, line {line}: {found}: expected {expected}", file.display())]
+    Line {
+        /// The file.
+        file: PathBuf,
+        /// The line, counted from 1.
+        line: u64,
+        /// What stands there.
+        found: String,
+        /// What should.
+        expected: String,
+    },
+}
+
+/// The columns in the order in which [`Point`] needs them.
+const COLUMNS: [&str; 14] = [
+    "velocity_2_rad_per_s",
+    "velocity_3_rad_per_s",
+    "position_2_rad",
+    "position_3_rad",
+    "reference_velocity_2_rad_per_s",
+    "reference_velocity_3_rad_per_s",
+    "reference_position_2_rad",
+    "reference_position_3_rad",
+    "control_input_2",
+    "control_input_3",
+    "torque_applied_2_nm",
+    "torque_applied_3_nm",
+    "limited_2",
+    "limited_3",
+];
+
+/// Reads a log or a CSV file.
+///
+/// # Errors
+/// [`PointsError`] names file, place, what was found and what was expected.
+pub fn read(file: &Path) -> Result<Vec<Point>, PointsError> {
+    let bytes = std::fs::read(file).map_err(|source| PointsError::Read { file: file.to_owned(), source })?;
+    if bytes.starts_with(&MAGIC) { from_log(file, &bytes) } else { from_csv(file, &bytes) }
+}
+
+fn from_log(file: &Path, bytes: &[u8]) -> Result<Vec<Point>, PointsError> {
+    let log = RunLog::read_from(bytes, file)?;
+    let damaged = |found: &str| PointsError::Damaged { file: file.to_owned(), found: found.to_owned() };
+    if let Some(damage) = log.damage.first() {
+        return Err(damaged(damage));
+    }
+    if log.cycles.is_empty() {
+        return Err(damaged("no cycles"));
+    }
+    Ok(log.cycles.iter().map(Point::from).collect())
+}
+
+impl From<&CycleRecord> for Point {
+    fn from(record: &CycleRecord) -> Self {
+        Self {
+            place: Place::Tick(record.tick),
+            error: record.tracking_error(),
+            control_input: record.control_input.into(),
+            torque_applied: record.torque_applied.into(),
+            limited: record.flags.limited,
+        }
+    }
+}
+
+/// Reads the bytes of a CSV file; `file` is what messages call it.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_csv(file: &Path, bytes: &[u8]) -> Result<Vec<Point>, PointsError> {
+    let refuse = |line: u64, found: &str, expected: &str| PointsError::Line {
+        file: file.to_owned(),
+        line,
+        found: shortened(found),
+        expected: expected.to_owned(),
+    };
+    let malformed = |error: csv::Error| {
+        let line = error.position().map_or(1, csv::Position::line);
+        match error.kind() {
+            ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                refuse(line, &format!("{len} fields"), &format!("{expected_len} fields, as in the header"))
+            }
+            ErrorKind::Utf8 { .. } => refuse(line, "bytes that are not text", "UTF-8, as uarm show --csv writes"),
+            _ => refuse(line, &error.to_string(), "a line of a CSV file"),
+        }
+    };
+    let mut reader = ReaderBuilder::new().from_reader(bytes);
+    let header = reader.headers().map_err(malformed)?.clone();
+    let mut places = [0; COLUMNS.len()];
+    for (place, name) in places.iter_mut().zip(COLUMNS) {
+        *place = header.iter().position(|column| column == name).ok_or_else(|| {
+            refuse(1, &format!("no column {name}"), "the header of a file that uarm show --csv writes")
+        })?;
+    }
+    let mut points = Vec::new();
+    for record in reader.records() {
+        let record: StringRecord = record.map_err(malformed)?;
+        let line = record.position().map_or(1, csv::Position::line);
+        let mut values = [0.0; COLUMNS.len()];
+        for ((value, place), name) in values.iter_mut().zip(places).zip(COLUMNS) {
+            let text = record.get(place).unwrap_or_default();
+            *value = text
+                .parse()
+                .ok()
+                .filter(|value: &f64| value.is_finite())
+                .ok_or_else(|| refuse(line, &format!("{name} = {text:?}"), "a finite number"))?;
+        }
+        points.push(point(line, values));
+    }
+    if points.is_empty() { Err(refuse(2, "nothing", "a row for each cycle of a run")) } else { Ok(points) }
+}
+
+fn point(line: u64, values: [f64; COLUMNS.len()]) -> Point {
+    let pair = |first: usize| Vector2::new(values[first], values[first + 1]);
+    Point {
+        place: Place::Line(line),
+        error: TrackingError { velocity: pair(0) - pair(4), position: pair(2) - pair(6) },
+        control_input: pair(8),
+        torque_applied: pair(10),
+        limited: [values[12] != 0.0, values[13] != 0.0],
+    }
+}
+
+/// Long lines of a file of another kind would bury the message.
+fn shortened(text: &str) -> String {
+    const LONGEST: usize = 80;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn parsed(text: &str) -> Result<Vec<Point>, String> {
+        from_csv(Path::new("run.csv"), text.as_bytes()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn errors_are_measured_less_desired() {
+        let text = format!("tick,{}\n7,3,4,0.5,0.6,1,1.5,0.1,0.4,8,9,0.01,0.02,0,1\n", COLUMNS.join(","));
+        let points = parsed(&text).unwrap();
+        assert_eq!(points.len(), 1);
+        assert_eq!(points[0].place, Place::Line(2));
+        assert_eq!(points[0].error.velocity, Vector2::new(2.0, 2.5));
+        assert_eq!(points[0].error.position, Vector2::new(0.5 - 0.1, 0.6 - 0.4));
+        assert_eq!(points[0].torque_applied, Vector2::new(0.01, 0.02));
+        assert_eq!(points[0].limited, [false, true]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_place() {
+        let header = COLUMNS.join(",");
+        let row = ["0"; COLUMNS.len()].join(",");
+        for (text, message) in [
+            (String::new(), "run.csv, line 1: no column velocity_2_rad_per_s: expected the header"),
+            ("a,b\n1,2\n".into(), "run.csv, line 1: no column velocity_2_rad_per_s"),
+            (format!("{header}\n"), "run.csv, line 2: nothing: expected a row"),
+            (format!("{header}\n{row}\n1,2\n"), "run.csv, line 3: 2 fields: expected 14 fields"),
+            (
+                format!("{header}\n{}", row.replacen('0', "NaN", 1)),
+                "line 2: velocity_2_rad_per_s = \"NaN\": expected a finite",
+            ),
+            (
+                format!("{header}\n{}", row.replacen('0', "x", 1)),
+                "line 2: velocity_2_rad_per_s = \"x\": expected a finite",
+            ),
+        ] {
+            let found = parsed(&text).unwrap_err();
+            assert!(found.contains(message), "{found}");
+        }
+        let bytes = [header.as_bytes(), b"\n", row.as_bytes(), b"\nb\xff\n"].concat();
+        let found = from_csv(Path::new("run.csv"), &bytes).unwrap_err().to_string();
+        assert!(found.starts_with("run.csv, line 3: "), "{found}");
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_it_panic(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+            let _ = from_csv(Path::new("x"), &bytes);
+            let _ = from_log(Path::new("x"), &[&MAGIC, bytes.as_slice()].concat());
+            let with_header = [COLUMNS.join(",").as_bytes(), b"\n", &bytes].concat();
+            let _ = from_csv(Path::new("x"), &with_header);
+        }
+
+        #[test]
+        fn no_row_makes_it_panic(row in "[-+0-9.eEinfNa,\n]{0,200}") {
+            if let Ok(points) = parsed(&format!("{}\n{row}", COLUMNS.join(","))) {
+                prop_assert!(points.iter().all(|point| point.torque_applied.iter().all(|torque| torque.is_finite())));
+            }
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! What the fuzzy systems shall learn, and from which signals.
+//!
+//! Inputs are those of the systems: velocity error q̃̇_k (°/s) and position error q̃_k (°) of joint k, measured less desired.
+//!
+//! Target: the part of the applied torque that is not feedback, τ_k − (T11⁻¹u)_k (N·m). The fuzzy law is
+//! τ = ΞΦ + T11⁻¹u (paper eq. 43), and its ΞΦ stands for F + E − δ, which nobody can measure (eq. 41). With the law's
+//! s = q̃̇ + Λq̃ the closed loop is M_mm ṡ + C_mm s = T11⁻¹u + (ΞΦ − (F + E − δ)), so that τ − T11⁻¹u differs from
+//! F + E − δ by M_mm ṡ + C_mm s − T11⁻¹u alone: nothing but transients. The run should therefore be one that tracks well with
+//! what it adapted, friction included, such as `neural`; the paper, too, trained on an earlier adaptive run (its section 4).
+//!
+//! Both joints' samples are pooled, since both systems share the sets. Joints whose torque was cut are left out: there the
+//! torque is the limiter's.
+
+use std::path::{Path, PathBuf};
+
+use anfis::{AnfisError, DataSet};
+use hinf_control::{Law, Synthesis};
+
+use super::points::{self, Place, Point, PointsError};
+use crate::robot::Robot;
+use crate::robot::control::weights;
+
+/// How far the recorded u may be from u of the law, relative to 1: rounding, many times over.
+const INPUT_TOLERANCE: f64 = 1e-6;
+
+/// Samples that cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum SampleError {
+    /// A recorded run cannot be used.
+    #[error(transparent)]
+    Points(#[from] PointsError),
+    /// A law whose torque is not made of feedback T11⁻¹u and the rest.
+    #[error(
+        "--controller {}: expected one of the paper's laws; this one has another feedback, which the recorded torque cannot be rid of",
+        law.name()
+    )]
+    Law {
+        /// The law.
+        law: Law,
+    },
+    /// The law's weights.
+    #[error("controllers.{law}: {source}")]
+    Weights {
+        /// The law's name.
+        law: &'static str,
+        /// Why.
+        source: hinf_control::SynthesisError,
+    },
+    /// Another law, or another robot file, made the recording.
+    #[error(
+        "{}, {place}: control_input_{joint} = {found}: expected {expected}, as {law} has it with this robot file; \
+         name the law that ran with --controller, and its file with --robot", file.display()
+    )]
+    OtherLaw {
+        /// The recorded run.
+        file: PathBuf,
+        /// Where it stands there.
+        place: Place,
+        /// The joint.
+        joint: usize,
+        /// u as recorded.
+        found: f64,
+        /// u of the law.
+        expected: f64,
+        /// The law that was expected.
+        law: &'static str,
+    },
+    /// Too few samples, or values beyond reason.
+    #[error("the recorded runs: {0}")]
+    Data(#[from] AnfisError),
+}
+
+/// The samples of several recorded runs of `law` with the weights of `robot`.
+///
+/// # Errors
+/// [`SampleError`].
+pub fn samples(runs: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
+    let read = |file: &PathBuf| Ok((file.clone(), points::read(file)?));
+    let runs = runs.iter().map(read).collect::<Result<Vec<_>, SampleError>>()?;
+    from_points(&runs, law, robot)
+}
+
+/// The samples of runs that have been read.
+///
+/// # Errors
+/// [`SampleError`].
+pub fn from_points(runs: &[(PathBuf, Vec<Point>)], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
+    if law == Law::ComputedTorque {
+        return Err(SampleError::Law { law });
+    }
+    let synthesis = Synthesis::new(&weights(&robot.file.controllers, law))
+        .map_err(|source| SampleError::Weights { law: law.name(), source })?;
+    let mut samples = Vec::new();
+    for (file, points) in runs {
+        for point in points {
+            check_input(file, point, law, &synthesis)?;
+            let rest = point.torque_applied - synthesis.feedback_torque(&point.error);
+            for joint in (0..2).filter(|joint| !point.limited[*joint]) {
+                let inputs = [point.error.velocity[joint].to_degrees(), point.error.position[joint].to_degrees()];
+                samples.push((inputs, rest[joint]));
+            }
+        }
+    }
+    Ok(DataSet::new(samples)?)
+}
+
+fn check_input(file: &Path, point: &Point, law: Law, synthesis: &Synthesis<f64>) -> Result<(), SampleError> {
+    let expected = synthesis.control_input(&point.error);
+    for joint in 0..2 {
+        let (found, expected) = (point.control_input[joint], expected[joint]);
+        if (found - expected).abs() > INPUT_TOLERANCE * expected.abs().max(1.0) {
+            let (file, place, law) = (file.to_owned(), point.place, law.name());
+            return Err(SampleError::OtherLaw { file, place, joint: joint + 2, found, expected, law });
+        }
+    }
+    Ok(())
+}
