@@ -50,3 +50,14 @@ fn no_library_names_a_command_line_flag() {
     }
     assert!(findings.is_empty(), "{}", findings.join("\n"));
 }
+
+/// The compiler that the tests run with is the oldest one that is known to do.
+#[test]
+fn each_readme_states_the_oldest_rust_that_is_tested() {
+    let stated = env!("CARGO_PKG_RUST_VERSION");
+    for (name, root) in Workspace::load().library_roots() {
+        let readme = root.ancestors().nth(2).expect("crates/NAME/src/lib.rs").join("README.md");
+        let text = std::fs::read_to_string(&readme).unwrap_or_else(|error| panic!("{}: {error}", readme.display()));
+        assert!(text.contains(stated), "{name}: README.md says nothing of Rust {stated}, the rust-version of the workspace");
+    }
+}
