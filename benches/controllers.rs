@@ -4,10 +4,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use dem_model::ThreeLinkDem;
-use hinf_control::{
-    AnyController, BaseAcceleration, BaseMeasurement, Controller, ControllerOptions, Law, Measurement, NominalForm,
-    QuinticReference, WeightReading, Weights,
-};
+use hinf_control::{BaseMeasurement, BuildContext, Controller, ControllerSettings, Law, Measurement, QuinticReference};
 use nalgebra::Vector2;
 
 /// A robot a little off its way in the middle of the paper's task.
@@ -19,10 +16,9 @@ fn measurement() -> Measurement<f64> {
     }
 }
 
-fn step(criterion: &mut Criterion, name: &str, law: Law, options: &ControllerOptions<'_, f64>) {
-    let weights = Weights::table_3(law, WeightReading::Blocks);
-    let mut controller =
-        AnyController::new(law, ThreeLinkDem::table_2(), &weights, options).expect("the paper's design");
+fn step(criterion: &mut Criterion, name: &str, law: Law, settings: &ControllerSettings) {
+    let context = BuildContext::new(ThreeLinkDem::table_2());
+    let mut controller = settings.build(law, &context).expect("the paper's design");
     let (measurement, reference) = (measurement(), QuinticReference::paper().at(1.5));
     criterion.bench_with_input(BenchmarkId::new("control step", name), &(), |bencher, ()| {
         // A period of zero keeps Φ where it is, so that every step is the same work on the same numbers.
@@ -32,24 +28,15 @@ fn step(criterion: &mut Criterion, name: &str, law: Law, options: &ControllerOpt
 
 fn every_law(criterion: &mut Criterion) {
     for law in Law::ALL {
-        step(criterion, law.name(), law, &ControllerOptions::paper(law));
+        let settings = ControllerSettings::default();
+        step(criterion, law.name(), law, &settings);
+        for variant in law.variants() {
+            let mut settings = settings;
+            settings.set_base_acceleration(law, variant.base_acceleration).expect("a variant of this law");
+            step(criterion, variant.name, law, &settings);
+        }
     }
 }
 
-fn our_forms(criterion: &mut Criterion) {
-    for (name, base_acceleration) in [
-        ("nonlinear omitted", BaseAcceleration::Omitted),
-        ("nonlinear reduced", BaseAcceleration::Reduced),
-        ("nonlinear reduced-momentum", BaseAcceleration::ReducedMomentum),
-    ] {
-        let options = ControllerOptions { base_acceleration, ..ControllerOptions::paper(Law::Nonlinear) };
-        step(criterion, name, Law::Nonlinear, &options);
-    }
-    for law in [Law::NeuralModel, Law::FuzzyModel] {
-        let options = ControllerOptions { nominal_form: NominalForm::Reduced, ..ControllerOptions::paper(law) };
-        step(criterion, &format!("{} reduced", law.name()), law, &options);
-    }
-}
-
-criterion_group!(benches, every_law, our_forms);
+criterion_group!(benches, every_law);
 criterion_main!(benches);

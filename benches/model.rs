@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use dem_model::planar::PlanarSpaceManipulator;
+use dem_model::PlanarSpaceManipulator;
 use dem_model::{Scalar, ThreeLinkDem, regressor};
 use nalgebra::{Vector2, Vector3};
 

@@ -1,8 +1,8 @@
 //! What one period of the paper, 3 ms in steps of 100 µs, costs on each plant.
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use dem_model::PlanarSpaceManipulator;
 use dem_model::ThreeLinkDem;
-use dem_model::planar::PlanarSpaceManipulator;
 use nalgebra::Vector3;
 use std::hint::black_box;
 use std::time::Duration;

@@ -15,7 +15,6 @@
 
 pub mod cli;
 pub mod commands;
-pub mod controllers;
 pub mod dimensions;
 pub mod exit;
 pub mod figures;

@@ -31,7 +31,7 @@ fn the_built_in_robot_is_the_papers() {
     let robot = Robot::load(None).unwrap();
     assert_eq!(robot.name, "UARM");
     assert_eq!(robot.model, dem_model::ThreeLinkDem::table_2());
-    assert_eq!(robot.space_manipulator, dem_model::planar::PlanarSpaceManipulator::table_1());
+    assert_eq!(robot.space_manipulator, dem_model::PlanarSpaceManipulator::table_1());
     assert_eq!(robot.period.seconds(1), 0.003);
     assert_eq!(robot.plant, uarm_sim::UarmPlantParameters::fitted());
 }

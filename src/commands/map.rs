@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use dem_model::planar::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
+use dem_model::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
 use serde::{Deserialize, Serialize};
 
 use crate::robot::{self, file};

@@ -1,99 +1,28 @@
 //! The controllers' weights and the estimator: checked.
 
-use hinf_control::{Law, Synthesis, WeightReading, Weights};
-use nalgebra::{Matrix2, Vector2};
-
+use dem_model::ThreeLinkDem;
+use hinf_control::{AdaptationGuard, AdaptationSettings, BuildContext, Law};
 use uarm_io::encoder::CountsPerRevolution;
 use uarm_io::estimator::{AnyEstimator, EstimatorConfiguration, KalmanSettings};
 
 use super::error::{Checker, RobotError};
-use super::file::{self, Controllers, RobotFile, Weight};
+use super::file::{self, RobotFile};
 
 /// Checks that every law of the file can be built.
-pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<(), RobotError> {
-    let controllers = &file.controllers;
-    for law in Law::PAPER {
-        let name = law.name();
-        Synthesis::new(&weights(controllers, law)).map_err(|error| {
-            check.refuse(
-                format!("controllers.{name}"),
-                error,
-                "weights for which the H-infinity problem has a solution",
-            )
-        })?;
-        if let Some(z) = adaptation_weight(controllers, law) {
-            check.positive(&format!("controllers.{name}.z"), z)?;
+pub(super) fn check(file: &RobotFile, model: ThreeLinkDem<f64>, check: &Checker<'_>) -> Result<(), RobotError> {
+    // Bounded, so that the bounds are looked at as well.
+    let context = BuildContext { adaptation_guard: AdaptationGuard::Bounded, ..BuildContext::new(model) };
+    for law in Law::ALL {
+        let field = |name: &str| format!("controllers.{}{name}", law.name());
+        if let Some(AdaptationSettings { z, bound }) = file.controllers.adaptation(law) {
+            check.positive(&field(".z"), z)?;
+            check.positive(&field(".bound"), bound)?;
         }
-        if let Some(bound) = adaptation_bound(controllers, law) {
-            check.positive(&format!("controllers.{name}.bound"), bound)?;
-        }
-    }
-    if matches!(
-        controllers.adaptive.base_acceleration,
-        file::BaseAccelerationMode::Reduced | file::BaseAccelerationMode::ReducedMomentum
-    ) {
-        return Err(check.refuse(
-            "controllers.adaptive.base_acceleration",
-            "a reduced form",
-            "measured, eliminated or omitted: the reduced inertia is not linear in the adapted parameters",
-        ));
+        file.controllers
+            .build(law, &context)
+            .map_err(|error| check.refuse(field(""), error, "settings with which the controller can be built"))?;
     }
     Ok(())
-}
-
-/// The H∞ weights of a law. The baseline has none of its own and is given those of controller 1.
-pub fn weights(controllers: &Controllers, law: Law) -> Weights<f64> {
-    let (velocity, position) = match law {
-        Law::Nonlinear | Law::ComputedTorque => (controllers.nonlinear.q1, controllers.nonlinear.q2),
-        Law::Adaptive => (controllers.adaptive.q1, controllers.adaptive.q2),
-        Law::Neural => (controllers.neural.q1, controllers.neural.q2),
-        Law::NeuralModel => (controllers.neural_model.q1, controllers.neural_model.q2),
-        Law::Fuzzy => (controllers.fuzzy.q1, controllers.fuzzy.q2),
-        Law::FuzzyModel => (controllers.fuzzy_model.q1, controllers.fuzzy_model.q2),
-    };
-    Weights {
-        velocity: matrix(velocity),
-        position: matrix(position),
-        cross: Matrix2::zeros(),
-        control: matrix(controllers.r),
-        attenuation_level: controllers.attenuation_level,
-        reading: match controllers.reading {
-            file::Reading::Factors => WeightReading::Factors,
-            file::Reading::Blocks => WeightReading::Blocks,
-        },
-    }
-}
-
-/// The scalar z of the adaptation weight Z = zI; `None` for a law that does not adapt.
-pub const fn adaptation_weight(controllers: &Controllers, law: Law) -> Option<f64> {
-    match law {
-        Law::Nonlinear | Law::ComputedTorque => None,
-        Law::Adaptive => Some(controllers.adaptive.z),
-        Law::Neural => Some(controllers.neural.z),
-        Law::NeuralModel => Some(controllers.neural_model.z),
-        Law::Fuzzy => Some(controllers.fuzzy.z),
-        Law::FuzzyModel => Some(controllers.fuzzy_model.z),
-    }
-}
-
-/// How far each adapted parameter may go from its start when the adaptation is bounded; `None` for a law that does not
-/// adapt.
-pub const fn adaptation_bound(controllers: &Controllers, law: Law) -> Option<f64> {
-    match law {
-        Law::Nonlinear | Law::ComputedTorque => None,
-        Law::Adaptive => Some(controllers.adaptive.bound),
-        Law::Neural => Some(controllers.neural.bound),
-        Law::NeuralModel => Some(controllers.neural_model.bound),
-        Law::Fuzzy => Some(controllers.fuzzy.bound),
-        Law::FuzzyModel => Some(controllers.fuzzy_model.bound),
-    }
-}
-
-fn matrix(weight: Weight) -> Matrix2<f64> {
-    match weight {
-        Weight::Diagonal([first, second]) => Matrix2::from_diagonal(&Vector2::new(first, second)),
-        Weight::Full([[a, b], [c, d]]) => Matrix2::new(a, b, c, d),
-    }
 }
 
 /// The estimator of one joint, whose encoder has this many counts.

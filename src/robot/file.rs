@@ -1,12 +1,14 @@
 //! The robot file as it is written: field for field, no meaning yet. `robots/uarm.toml` explains each field.
+//!
+//! Fields that are not known are refused where a file is read, not here: a log of a later version is read without them.
 
 #![allow(missing_docs, reason = "robots/uarm.toml documents every field, with its unit")]
 
+use hinf_control::ControllerSettings;
 use serde::{Deserialize, Serialize};
 use uarm_io::encoder::Direction;
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct RobotFile {
     pub schema: u32,
     pub name: String,
@@ -17,26 +19,23 @@ pub struct RobotFile {
     pub estimator: Estimator,
     pub bus: Bus,
     pub joints: Vec<Joint>,
-    pub controllers: Controllers,
+    pub controllers: ControllerSettings,
     pub plant: Plant,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct Model {
     pub base: ModelBase,
     pub links: Vec<ModelLink>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct ModelBase {
     pub inertia_kg_m2: f64,
     pub length_m: f64,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct ModelLink {
     pub mass_kg: f64,
     pub inertia_kg_m2: f64,
@@ -46,14 +45,12 @@ pub struct ModelLink {
 
 /// A space manipulator; `uarm map` reads files that hold nothing else.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct SpaceManipulator {
     pub spacecraft: Spacecraft,
     pub links: Vec<SpaceLink>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct Spacecraft {
     pub mass_kg: f64,
     pub inertia_kg_m2: f64,
@@ -61,7 +58,6 @@ pub struct Spacecraft {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct SpaceLink {
     pub mass_kg: f64,
     pub inertia_kg_m2: f64,
@@ -70,7 +66,6 @@ pub struct SpaceLink {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct Task {
     pub start_deg: [f64; 2],
     pub end_deg: [f64; 2],
@@ -80,7 +75,6 @@ pub struct Task {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct Control {
     pub period_us: u32,
     pub tracking_error_limit_deg: f64,
@@ -96,7 +90,6 @@ pub enum Estimator {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct Bus {
     pub bitrate_hz: u32,
     pub controller_heartbeat_ms: u16,
@@ -107,7 +100,6 @@ pub struct Bus {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct Joint {
     pub name: String,
     pub role: Role,
@@ -125,7 +117,6 @@ pub enum Role {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct Encoder {
     pub counts_per_revolution: u32,
     pub counter_bits: u8,
@@ -134,14 +125,12 @@ pub struct Encoder {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct Drive {
     pub rated_torque_nm: f64,
     pub writes: Vec<ObjectWrite>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct ObjectWrite {
     pub index: u16,
     pub subindex: u8,
@@ -162,7 +151,6 @@ pub enum ObjectType {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct Limits {
     pub torque_nm: f64,
     pub torque_rate_nm_per_s: f64,
@@ -173,134 +161,6 @@ pub struct Limits {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub struct Controllers {
-    #[serde(rename = "attenuation_level")]
-    pub attenuation_level: f64,
-    pub reading: Reading,
-    pub r: Weight,
-    pub nonlinear: Nonlinear,
-    pub adaptive: Adaptive,
-    pub neural: Neural,
-    pub neural_model: NeuralModel,
-    pub fuzzy: Fuzzy,
-    pub fuzzy_model: FuzzyModel,
-    pub computed_torque: ComputedTorque,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[serde(rename_all = "kebab-case")]
-pub enum Reading {
-    Factors,
-    Blocks,
-}
-
-/// A 2 × 2 symmetric weight.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
-#[serde(
-    untagged,
-    expecting = "expected a diagonal [a, b] or a symmetric matrix [[a, c], [c, b]] of numbers with a point"
-)]
-pub enum Weight {
-    Diagonal([f64; 2]),
-    Full([[f64; 2]; 2]),
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[serde(rename_all = "kebab-case")]
-pub enum BaseAccelerationMode {
-    /// The differentiated base rate
-    Measured,
-    /// Eliminated with the model (eqs. 20, 21)
-    Eliminated,
-    /// Left out
-    Omitted,
-    /// Reduced dynamics, from rest
-    Reduced,
-    /// Reduced dynamics with the measured momentum
-    ReducedMomentum,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[serde(rename_all = "kebab-case")]
-pub enum ModelForm {
-    Paper,
-    Reduced,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[serde(rename_all = "kebab-case")]
-pub enum Firing {
-    Minimum,
-    Product,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Nonlinear {
-    pub q1: Weight,
-    pub q2: Weight,
-    pub base_acceleration: BaseAccelerationMode,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Adaptive {
-    pub q1: Weight,
-    pub q2: Weight,
-    pub z: f64,
-    pub bound: f64,
-    pub base_acceleration: BaseAccelerationMode,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Neural {
-    pub q1: Weight,
-    pub q2: Weight,
-    pub z: f64,
-    pub bound: f64,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct NeuralModel {
-    pub q1: Weight,
-    pub q2: Weight,
-    pub z: f64,
-    pub bound: f64,
-    pub model_form: ModelForm,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Fuzzy {
-    pub q1: Weight,
-    pub q2: Weight,
-    pub z: f64,
-    pub bound: f64,
-    pub firing: Firing,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct FuzzyModel {
-    pub q1: Weight,
-    pub q2: Weight,
-    pub z: f64,
-    pub bound: f64,
-    pub firing: Firing,
-    pub model_form: ModelForm,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct ComputedTorque {
-    pub model_form: ModelForm,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct Plant {
     pub base_inertia_scale: f64,
     pub link_scale: f64,
@@ -308,17 +168,4 @@ pub struct Plant {
     pub coulomb_friction_nm: [f64; 3],
     pub torque_gain: f64,
     pub tilt_m_per_s2: [f64; 2],
-}
-
-impl From<hinf_control::BaseAcceleration> for BaseAccelerationMode {
-    fn from(mode: hinf_control::BaseAcceleration) -> Self {
-        use hinf_control::BaseAcceleration::*;
-        match mode {
-            Measured => Self::Measured,
-            Eliminated => Self::Eliminated,
-            Omitted => Self::Omitted,
-            Reduced => Self::Reduced,
-            ReducedMomentum => Self::ReducedMomentum,
-        }
-    }
 }

@@ -3,12 +3,11 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use hinf_control::{FuzzySets, GeneralisedBell};
+use hinf_control::{BellShape, Firing, FuzzySets, GeneralisedBell, Law};
 use serde::Deserialize;
 
 use super::Robot;
 use super::error::{Checker, RobotError};
-use super::file::Firing;
 
 /// The name under which the built-in file appears in messages.
 pub const BUILT_IN_NAME: &str = "robots/uarm-fuzzy-sets.toml (built in)";
@@ -134,10 +133,10 @@ impl Robot {
     /// # Errors
     /// [`RobotError`] if the sets were trained for another firing than the laws have.
     pub fn use_fuzzy_sets(&mut self, name: &Path, trained: &TrainedSets) -> Result<(), RobotError> {
-        let controllers = &self.file.controllers;
-        for (law, firing) in [("fuzzy", controllers.fuzzy.firing), ("fuzzy-model", controllers.fuzzy_model.firing)] {
+        for law in Law::ALL {
+            let Some(firing) = self.file.controllers.firing(law) else { continue };
             if firing != trained.firing {
-                let expected = format!("{firing:?}, which controllers.{law}.firing of the robot file says");
+                let expected = format!("{firing:?}, which controllers.{}.firing of the robot file says", law.name());
                 return Err(Checker::new(name).refuse("firing", format!("{:?}", trained.firing), expected));
             }
         }
@@ -166,7 +165,11 @@ fn bells(
         let centre = check.within(&name("centre"), set.centre, -LARGEST, LARGEST)?;
         let half_width = check.within(&name("half_width"), set.half_width, NARROWEST, LARGEST)?;
         let steepness = check.within(&name("steepness"), set.steepness, STEEPNESS[0], STEEPNESS[1])?;
-        *bell = GeneralisedBell::new(centre.to_radians(), half_width.to_radians(), steepness)
+        *bell = GeneralisedBell::new(BellShape {
+            centre: centre.to_radians(),
+            half_width: half_width.to_radians(),
+            steepness,
+        })
             .map_err(|error| check.refuse(format!("{field}[{index}]"), error, "a bell"))?;
     }
     Ok(bells)

@@ -22,15 +22,13 @@ mod task;
 
 use std::path::Path;
 
-use dem_model::planar::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
-use dem_model::{DemBase, DemLink, ThreeLinkDem};
-use hinf_control::{AnyController, FuzzySets, Law};
+use dem_model::{DemBase, DemLink, PlanarSpaceManipulator, SpaceLink, SpacecraftBody, ThreeLinkDem};
+use hinf_control::{AdaptationGuard, AnyController, BuildContext, BuildError, FuzzySets, Law};
 use uarm_io::time::Duration;
 use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
 use uarm_log::description::RobotDescription;
 use uarm_loop::period::Period;
-use uarm_loop::settings::AdaptationGuard;
 
 use crate::dimensions::{JOINTS, LoopRobot};
 use error::{Checker, RobotError};
@@ -88,9 +86,12 @@ impl Robot {
     /// # Errors
     /// As [`Robot::load`].
     pub fn parse(name: &Path, text: &str, overrides: &Overrides) -> Result<Self, RobotError> {
-        let mut file = toml::from_str(text)
-            .map_err(|source| RobotError::Syntax { file: name.to_owned(), source: Box::new(source) })?;
-        overrides.apply(&mut file, &Checker::new(name))?;
+        let check = Checker::new(name);
+        let (mut file, unknown) = read(name, text)?;
+        if let Some(field) = unknown.first() {
+            return Err(check.refuse(field, "unknown field", "a field that robots/uarm.toml explains"));
+        }
+        overrides.apply(&mut file, &check)?;
         Self::check(name, text, file)
     }
 
@@ -108,7 +109,8 @@ impl Robot {
             check.refuse("control.period_us", file.control.period_us, expected)
         })?;
         let joints = joint::check(&file, &check)?;
-        control::check(&file, &check)?;
+        let model = model(&file.model, &check)?;
+        control::check(&file, model, &check)?;
         Ok(Self {
             source: text.to_owned(),
             description: LoopRobot {
@@ -121,7 +123,7 @@ impl Robot {
                     .to_radians(),
                 bus: bus::check(&file.bus, period, &check)?,
             },
-            model: model(&file.model, &check)?,
+            model,
             space_manipulator: space_manipulator(&file.space_manipulator, &check)?,
             fuzzy_sets: None,
             plant: plant(&file.plant, &check)?,
@@ -136,7 +138,8 @@ impl Robot {
     /// # Errors
     /// As [`Robot::load`]; fields that this version does not know are left out.
     pub fn from_log(name: &Path, logged: &RobotDescription) -> Result<Self, RobotError> {
-        let mut robot = Self::parse(name, &logged.toml, &Overrides::default())?;
+        let (file, _) = read(name, &logged.toml)?;
+        let mut robot = Self::check(name, &logged.toml, file)?;
         robot.fuzzy_sets = logged.fuzzy_sets;
         Ok(robot)
     }
@@ -163,9 +166,23 @@ impl Robot {
     ///
     /// # Errors
     /// If they allow no design; a checked robot file has only such that do.
-    pub fn controller(&self, law: Law, guard: AdaptationGuard) -> anyhow::Result<AnyController<f64>> {
-        crate::controllers::build(law, self, guard)
+    pub fn controller(&self, law: Law, guard: AdaptationGuard) -> Result<AnyController<f64>, BuildError> {
+        let context = BuildContext {
+            fuzzy_sets: self.fuzzy_sets.unwrap_or_else(FuzzySets::untrained),
+            adaptation_guard: guard,
+            ..BuildContext::new(self.model)
+        };
+        self.file.controllers.build(law, &context)
     }
+}
+
+/// A robot file as written, and the fields in it that are not known.
+fn read(name: &Path, text: &str) -> Result<(RobotFile, Vec<String>), RobotError> {
+    let syntax = |source| RobotError::Syntax { file: name.to_owned(), source: Box::new(source) };
+    let mut unknown = Vec::new();
+    let deserializer = toml::Deserializer::parse(text).map_err(syntax)?;
+    let file = serde_ignored::deserialize(deserializer, |path| unknown.push(path.to_string())).map_err(syntax)?;
+    Ok((file, unknown))
 }
 
 fn model(model: &file::Model, check: &Checker<'_>) -> Result<ThreeLinkDem<f64>, RobotError> {

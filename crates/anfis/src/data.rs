@@ -1,7 +1,8 @@
 //! Sets of samples: inputs and the target that a system shall learn.
 
+use crate::error::AnfisError;
+use crate::input::Universe;
 use crate::limits::in_magnitude;
-use crate::{AnfisError, Universe};
 
 /// Samples of an unknown function: per sample one value for each input, and the target. All values are finite.
 #[derive(Clone, Debug, PartialEq)]

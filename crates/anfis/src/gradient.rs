@@ -1,16 +1,17 @@
 //! The backward pass: the gradient of the error with respect to the premises, the consequents held.
 
+use crate::data::DataSet;
 use crate::network::{Fired, Network, consequent, weighted_output};
-use crate::{DataSet, Firing};
+use crate::premises::Firing;
 
 /// Derivatives of the error with respect to one bell's half width, steepness and centre.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct BellGradient {
-    /// ∂E/∂a.
+    /// ∂E/∂a, in the square of the target's unit over the input's.
     pub half_width: f64,
-    /// ∂E/∂b.
+    /// ∂E/∂b, in the square of the target's unit.
     pub steepness: f64,
-    /// ∂E/∂c.
+    /// ∂E/∂c, in the square of the target's unit over the input's.
     pub centre: f64,
 }
 

@@ -1,29 +1,32 @@
 //! A trained system: premises, consequents and their output.
 
-use serde::{Deserialize, Serialize};
-
+use crate::data::DataSet;
+use crate::error::AnfisError;
 use crate::limits::in_magnitude;
 use crate::network::{Network, weighted_output};
-use crate::{AnfisError, DataSet, PremiseSets};
+use crate::premises::PremiseSets;
 
 /// A first-order Takagi–Sugeno system: y = Σ w̄_r (f_r0 + f_r1 x_1 + … + f_rn x_n), w̄ the normalised firing strengths.
 ///
-/// Serialisable, so that a trained system can be kept whole; controllers take [`Anfis::premises`] alone.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "AnfisRecord")]
+/// Serialisable with the feature `serde`, so that a trained system can be kept whole; a controller takes its
+/// [`premises`](Anfis::premises) alone.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "AnfisRecord"))]
 pub struct Anfis {
     premises: PremiseSets,
     consequents: Vec<f64>,
 }
 
 /// A system as it stands in a file, not yet validated.
-#[derive(Deserialize)]
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct AnfisRecord {
     premises: PremiseSets,
     consequents: Vec<f64>,
 }
 
+#[cfg(feature = "serde")]
 impl TryFrom<AnfisRecord> for Anfis {
     type Error = AnfisError;
 

@@ -1,21 +1,25 @@
 //! One input: its universe of discourse and the sets on it.
 
-use serde::{Deserialize, Serialize};
-
+use crate::bell::{Bell, BellParameters};
+use crate::error::AnfisError;
 use crate::limits::{MINIMUM_RELATIVE_SPAN, MINIMUM_SPAN, in_magnitude};
-use crate::{AnfisError, Bell};
 
 /// The steepness b of a grid's bells before training (Jang's choice).
 const GRID_STEEPNESS: f64 = 2.0;
 
-/// A universe of discourse: the range on which sets are laid out. Written as `[lower, upper]`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "[f64; 2]", into = "[f64; 2]")]
+/// A universe of discourse: the range on which sets are laid out. In files `[lower, upper]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "[f64; 2]", into = "[f64; 2]")
+)]
 pub struct Universe {
     lower: f64,
     upper: f64,
 }
 
+#[cfg(feature = "serde")]
 impl TryFrom<[f64; 2]> for Universe {
     type Error = AnfisError;
 
@@ -24,6 +28,7 @@ impl TryFrom<[f64; 2]> for Universe {
     }
 }
 
+#[cfg(feature = "serde")]
 impl From<Universe> for [f64; 2] {
     fn from(universe: Universe) -> Self {
         [universe.lower, universe.upper]
@@ -44,19 +49,19 @@ impl Universe {
         }
     }
 
-    /// The lower end.
+    /// The lower end, in the unit of the input.
     #[must_use]
     pub const fn lower(&self) -> f64 {
         self.lower
     }
 
-    /// The upper end.
+    /// The upper end, in the unit of the input.
     #[must_use]
     pub const fn upper(&self) -> f64 {
         self.upper
     }
 
-    /// Upper less lower end; positive.
+    /// Upper less lower end, in the unit of the input; > 0.
     #[must_use]
     pub fn span(&self) -> f64 {
         self.upper - self.lower
@@ -75,8 +80,8 @@ impl Universe {
 }
 
 /// One input: its name, unit and universe, and the sets on it in ascending order of their centres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "InputRecord")]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "InputRecord"))]
 pub struct InputSets {
     name: String,
     unit: String,
@@ -85,7 +90,8 @@ pub struct InputSets {
 }
 
 /// An input as it stands in a file, not yet validated.
-#[derive(Deserialize)]
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct InputRecord {
     name: String,
@@ -94,6 +100,7 @@ struct InputRecord {
     sets: Vec<Bell>,
 }
 
+#[cfg(feature = "serde")]
 impl TryFrom<InputRecord> for InputSets {
     type Error = AnfisError;
 
@@ -135,7 +142,7 @@ impl InputSets {
         let half_width = 0.5 * universe.span() / (count.max(2) - 1) as f64;
         let sets = universe
             .abscissae(count)
-            .map(|centre| Bell::new(half_width, GRID_STEEPNESS, centre))
+            .map(|centre| Bell::new(BellParameters { half_width, steepness: GRID_STEEPNESS, centre }))
             .collect::<Result<Vec<_>, _>>()?;
         Self::new(name, unit, universe, sets)
     }
@@ -215,8 +222,12 @@ mod tests {
     fn illegal_inputs_cannot_be_built() {
         assert!(matches!(Universe::new(1.0, 1.0), Err(AnfisError::Universe { .. })));
         assert!(matches!(Universe::new(0.0, f64::NAN), Err(AnfisError::Universe { .. })));
-        let descending = vec![Bell::new(1.0, 2.0, 1.0).unwrap(), Bell::new(1.0, 2.0, 0.0).unwrap()];
-        assert!(matches!(InputSets::new("x", "", universe(), descending), Err(AnfisError::CentreOrder { .. })));
+        let descending =
+            [1.0, 0.0].map(|centre| Bell::new(BellParameters { half_width: 1.0, steepness: 2.0, centre }).unwrap());
+        assert!(matches!(
+            InputSets::new("x", "", universe(), descending.to_vec()),
+            Err(AnfisError::CentreOrder { .. })
+        ));
         assert!(matches!(InputSets::grid("x", "", universe(), 0), Err(AnfisError::TooFew { .. })));
     }
 

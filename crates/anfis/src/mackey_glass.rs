@@ -5,7 +5,8 @@
 //! with the delayed value held over the step, and its ring of 170 values is written one place ahead of where it is read.
 //! The delay is so 169 steps, 16.9, once the ring is full; with a true 17 all errors come out otherwise.
 
-use crate::{AnfisError, DataSet};
+use crate::data::DataSet;
+use crate::error::AnfisError;
 
 /// Places in the generator's ring: τ = 17 in steps of 0.1.
 const RING: usize = 170;
@@ -44,11 +45,11 @@ fn runge_kutta_step(x: f64, delayed: f64) -> f64 {
     let square = delayed * delayed;
     let fourth = square * square;
     let gain = 0.2 * delayed / (1.0 + fourth * fourth * square);
-    let rate = |x: f64| gain - 0.1 * x;
-    let k1 = rate(x);
-    let k2 = rate(x + 0.5 * STEP * k1);
-    let k3 = rate(x + 0.5 * STEP * k2);
-    let k4 = rate(x + STEP * k3);
+    let slope = |x: f64| gain - 0.1 * x;
+    let k1 = slope(x);
+    let k2 = slope(x + 0.5 * STEP * k1);
+    let k3 = slope(x + 0.5 * STEP * k2);
+    let k4 = slope(x + STEP * k3);
     x + STEP * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
 }
 

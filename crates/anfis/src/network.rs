@@ -2,7 +2,9 @@
 
 use nalgebra::ComplexField;
 
-use crate::{Bell, DataSet, Firing, PremiseSets};
+use crate::bell::Bell;
+use crate::data::DataSet;
+use crate::premises::{Firing, PremiseSets};
 
 /// The rule grid with its bells in one row, as the training walks through it.
 #[derive(Clone, Debug)]
@@ -120,7 +122,7 @@ pub(crate) fn weighted_output(strengths: &[f64], consequents: &[f64], x: &[f64])
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{InputSets, Universe};
+    use crate::input::{InputSets, Universe};
 
     fn network(firing: Firing) -> Network {
         let universe = Universe::new(0.0, 1.0).unwrap();

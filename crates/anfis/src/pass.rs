@@ -2,11 +2,15 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::data::DataSet;
+use crate::error::AnfisError;
+use crate::gradient::BellGradient;
 use crate::gradient::premise_gradient;
+use crate::inference::Anfis;
 use crate::inference::{check_width, parameters, root_mean_square};
 use crate::least_squares::{Estimate, minimum_norm, recursive};
 use crate::network::{Fired, Network, weighted_output};
-use crate::{Anfis, AnfisError, BellGradient, DataSet, PremiseSets};
+use crate::premises::PremiseSets;
 
 /// The covariance from which the recursive estimate starts, a multiple of the identity: a positive number.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,16 +1,16 @@
 //! Premise sets: the grid of rules that the sets of all inputs span.
 
-use serde::{Deserialize, Serialize};
-
+use crate::bell::Bell;
+use crate::error::AnfisError;
+use crate::input::InputSets;
 use crate::input::at_least;
 use crate::limits::MAXIMUM_RULES;
-use crate::{AnfisError, Bell, InputSets};
 
 /// How the memberships of a rule's premises become its firing strength.
 ///
 /// Train with the one that runs: sets trained for the product are not the best ones for the minimum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Firing {
     /// w = Π μ, Jang's choice: smooth in the premise parameters.
     #[default]
@@ -24,7 +24,7 @@ pub enum Firing {
 ///
 /// The rules are all combinations of one set per input, the first input's set changing slowest: with three sets on each
 /// of (velocity error, position error), rule 3·i + j has velocity set i and position set j.
-/// Serialisable; what is read from a file is validated.
+/// Serialisable with the feature `serde`; what is read is validated.
 ///
 /// # Example
 /// ```
@@ -34,25 +34,25 @@ pub enum Firing {
 /// let sets = PremiseSets::new(Firing::Minimum, vec![velocity, position])?;
 /// assert_eq!(sets.rules(), 9);
 /// assert_eq!(sets.rule(5).collect::<Vec<_>>(), [1, 2]);
-/// let file = toml::to_string(&sets).unwrap();
-/// assert_eq!(toml::from_str::<PremiseSets>(&file).unwrap(), sets);
 /// # Ok::<(), anfis::AnfisError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "PremiseRecord")]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "PremiseRecord"))]
 pub struct PremiseSets {
     firing: Firing,
     inputs: Vec<InputSets>,
 }
 
 /// Premises as they stand in a file, not yet validated.
-#[derive(Deserialize)]
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PremiseRecord {
     firing: Firing,
     inputs: Vec<InputSets>,
 }
 
+#[cfg(feature = "serde")]
 impl TryFrom<PremiseRecord> for PremiseSets {
     type Error = AnfisError;
 
@@ -125,7 +125,7 @@ impl PremiseSets {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Universe;
+    use crate::input::Universe;
 
     fn universe() -> Universe {
         Universe::new(-1.0, 1.0).unwrap()
@@ -147,13 +147,9 @@ mod tests {
     }
 
     #[test]
-    fn illegal_sets_cannot_be_built_nor_read() {
+    fn illegal_sets_cannot_be_built() {
         assert!(matches!(PremiseSets::new(Firing::Minimum, vec![]), Err(AnfisError::TooFew { .. })));
         let many = vec![InputSets::grid("x", "", universe(), 100).unwrap(); 3];
         assert_eq!(PremiseSets::new(Firing::Minimum, many), Err(AnfisError::TooManyRules));
-        let file = "firing = 'minimum'\n[[inputs]]\nname = 'x'\nunit = 'm'\nuniverse = [0, 1]\n\
-                    sets = [{ half_width = 0.5, steepness = -2, centre = 0.0 }]";
-        let message = toml::from_str::<PremiseSets>(file).unwrap_err().to_string();
-        assert!(message.contains("steepness -2 of a bell"), "{message}");
     }
 }

@@ -1,6 +1,6 @@
 //! How far the premises move in each epoch, and how that distance adapts (Jang 1993, section III-B).
 
-use crate::AnfisError;
+use crate::error::AnfisError;
 
 /// Epochs that a heuristic looks back on: four changes of the error.
 const CHANGES: usize = 4;

@@ -3,12 +3,18 @@
 use std::num::NonZeroUsize;
 use std::ops::{ControlFlow, RangeInclusive};
 
+use crate::bell::{Bell, BellParameters};
+use crate::data::DataSet;
+use crate::error::AnfisError;
+use crate::gradient::BellGradient;
+use crate::inference::Anfis;
 use crate::inference::{check_width, parameters};
+use crate::input::InputSets;
 use crate::limits::{MAXIMUM_STEEPNESS, MINIMUM_RELATIVE_HALF_WIDTH, MINIMUM_STEEPNESS};
+use crate::pass::{ConsequentEstimator, Pass};
+use crate::premises::PremiseSets;
 use crate::step_size::StepSize;
-use crate::{
-    Anfis, AnfisError, Bell, BellGradient, ConsequentEstimator, DataSet, InputSets, Pass, PremiseSets, StepSizeRule,
-};
+use crate::step_size::StepSizeRule;
 
 /// The units in which the length of a step is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -21,7 +27,7 @@ pub enum StepMetric {
     Universe,
 }
 
-/// What the training may make of the steepness_range b.
+/// Which values the training may give to the steepness b of a bell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum SteepnessRange {
     /// b stays at or above [`MINIMUM_STEEPNESS`]: every set remains a bell.
@@ -65,7 +71,7 @@ pub struct Training {
     pub step: StepSizeRule,
     /// Units of the step size.
     pub metric: StepMetric,
-    /// What becomes of steepness_range that the gradient drives to 0.
+    /// Which values the steepness of a bell may take.
     pub steepness_range: SteepnessRange,
     /// How the consequents are found.
     pub estimator: ConsequentEstimator,
@@ -135,7 +141,7 @@ impl Training {
     ///
     /// Each epoch: consequents by least squares, errors, gradient, a move of the premises by the current step against the
     /// normalised gradient, then the step size's heuristics. `progress` sees each epoch's record, and may end the
-    /// training. Half widths and steepness_range stay positive; each input's sets stay in the order of their centres.
+    /// training. Half widths stay positive, steepnesses in their range; each input's sets stay in the order of their centres.
     ///
     /// # Errors
     /// [`AnfisError::Length`] when a data set has another number of inputs than `start`; [`AnfisError::NoCheckingSet`]
@@ -244,7 +250,11 @@ impl Training {
         let moved = bells().zip(&scaled).map(|((input, bell), direction)| {
             let unit = self.unit(input);
             let by = direction.map(|entry| -step * (entry / largest / norm));
-            let to = [bell.half_width() + unit * by[0], bell.steepness() + by[1], bell.centre() + unit * by[2]];
+            let to = BellParameters {
+                half_width: bell.half_width() + unit * by[0],
+                steepness: bell.steepness() + by[1],
+                centre: bell.centre() + unit * by[2],
+            };
             Bell::nearest(to, MINIMUM_RELATIVE_HALF_WIDTH * input.universe().span(), self.steepness_range.range())
         });
         Some(premises.with_bells(moved))

@@ -1,8 +1,8 @@
 //! What must hold for any finite data.
 
 use anfis::{
-    Bell, ConsequentEstimator, DataSet, Firing, InitialCovariance, InputSets, Keep, Pass, PremiseSets, SteepnessRange,
-    StepMetric, StepSizeRule, Training, Universe,
+    Bell, BellParameters, ConsequentEstimator, DataSet, Firing, InitialCovariance, InputSets, Keep, Pass, PremiseSets,
+    SteepnessRange, StepMetric, StepSizeRule, Training, Universe,
 };
 use proptest::prelude::*;
 
@@ -36,7 +36,8 @@ fn perturbed(sets: &PremiseSets, bell: usize, parameter: usize, by: f64) -> Prem
                 abc[parameter] += by;
             }
             index += 1;
-            Bell::new(abc[0], abc[1], abc[2]).unwrap()
+            let [half_width, steepness, centre] = abc;
+            Bell::new(BellParameters { half_width, steepness, centre }).unwrap()
         });
         InputSets::new(input.name(), input.unit(), input.universe(), bells.collect()).unwrap()
     });

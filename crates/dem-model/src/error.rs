@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::Scalar;
+use crate::scalar::Scalar;
 
 /// The body that a parameter belongs to, numbered as in the paper: the spacecraft (or base) is link 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

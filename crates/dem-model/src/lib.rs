@@ -6,8 +6,8 @@
 //! motion that controllers and simulations need.
 //!
 //! ```
-//! use dem_model::{ThreeLinkDem, planar::PlanarSpaceManipulator};
-//! use nalgebra::Vector3;
+//! use dem_model::nalgebra::Vector3;
+//! use dem_model::{PlanarSpaceManipulator, ThreeLinkDem};
 //!
 //! // The paper's space manipulator (Table 1) and the manipulator that moves like it (Table 2, but unrounded).
 //! let dem: ThreeLinkDem<f64> = PlanarSpaceManipulator::table_1().dynamically_equivalent().closed_form()?;
@@ -29,13 +29,15 @@
 //!
 //! | where | what |
 //! |---|---|
+//! | [`PlanarSpaceManipulator`], [`SpatialSpaceManipulator`] | space manipulators of any number of links, and the map (eq. 1) |
+//! | [`PlanarDem`], [`SpatialDem`] | what the map gives; in the plane M and C for any number of links |
 //! | [`ThreeLinkDem`] | the planar three-link DEM in closed form: M, C, dynamics, energy, momentum, kinematics |
 //! | [`Partition`] | M and C cut into base and arm (eq. 3), the torques F and E (eq. 7), base elimination (eqs. 20, 21) |
 //! | [`regressor`], [`InertialParameters`] | F = ΞΦ for the adaptive law, and M, C for estimated Φ |
 //! | [`ReducedDynamics`] | the arm's dynamics with the cyclic base coordinate removed |
-//! | [`planar`] | space manipulators in the plane, the map (eq. 1), and M, C of their DEMs for any number of links |
-//! | [`spatial`] | the parameter map (eq. 1) in space |
 //! | [`ParameterError`] | why parameters are refused: which body, which field, what was found and expected |
+//! | [`Scalar`] | the number types `f32` and `f64` |
+//! | [`nalgebra`] | the crate of the vectors and matrices in this interface, in the version that it has |
 //!
 //! # Vocabulary
 //!
@@ -46,12 +48,12 @@
 //! - *Fixed frame*: origin in joint 1; q = 0 stretches the arm along +x; positive angles turn counter-clockwise. Joint
 //!   angles are relative to the link before, q_1 to +x.
 //! - *Base acceleration, elimination, reduction*: the arm's torques depend on the base's acceleration. It can be
-//!   measured, eliminated by the base's own equation (the base's rate stays), or reduced (the angular momentum stays).
+//!   measured, eliminated by the base's own equation (the base's velocity stays), or reduced (the angular momentum stays).
 //!
 //! # Not supported
 //!
 //! - Trees and closed loops of links, prismatic joints, flexible links.
-//! - M and C in space: [`spatial`] maps parameters only.
+//! - M and C in space: only the parameters are mapped there.
 //! - Gravity and friction: a simulation adds them as generalised forces
 //!   ([`ThreeLinkDem::centre_of_mass_jacobians`] helps with the first).
 //! - Planar links whose centre of mass lies off the line through their joints, or beyond one of them.
@@ -68,17 +70,26 @@
     deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing, clippy::as_conversions)
 )]
 
+mod dem;
 mod error;
-mod link;
-mod mass_chain;
-pub mod planar;
+mod geometry;
+mod jacobian_sums;
 mod scalar;
-pub mod spatial;
+mod space_manipulator;
 mod three_link;
 
+pub use dem::{Dem, DemBase, DemLink, PlanarDem, SpatialDem};
 pub use error::{Body, ParameterError, Requirement};
-pub use link::{DemBase, DemLink};
+pub use geometry::Distance;
+pub use nalgebra;
 pub use scalar::Scalar;
+pub use space_manipulator::{
+    PlanarSpaceManipulator, SpaceLink, SpaceManipulator, SpacecraftBody, SpatialSpaceManipulator,
+};
 pub use three_link::{
     EliminatedBase, InertialParameters, Partition, Pose, REGRESSOR_PARAMETERS, ReducedDynamics, ThreeLinkDem, regressor,
 };
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -36,8 +36,8 @@ impl<T: Scalar> Synthesis<T> {
     /// theorem does not apply: T11 is not tI, and R or T11 is not diagonal.
     ///
     /// ```
-    /// use hinf_control::{Law, Synthesis, WeightReading, Weights};
-    /// let design = Synthesis::new(&Weights::<f64>::table_3(Law::Nonlinear, WeightReading::Blocks))?;
+    /// use hinf_control::{ControllerSettings, Law, Synthesis};
+    /// let design = Synthesis::new(&ControllerSettings::default().weights::<f64>(Law::Nonlinear))?;
     /// let proven = design.proven_attenuation_level().expect("Table 3 is diagonal");
     /// assert!((proven.level_squared - 3.526).abs() < 1e-3); // less than γ² = 4
     /// # Ok::<(), hinf_control::SynthesisError>(())

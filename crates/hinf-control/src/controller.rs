@@ -61,7 +61,8 @@ pub struct AdaptationStatus {
     /// Φ stood still because the torque was limited (anti-windup).
     pub frozen: bool,
     /// A value was met that cannot be worked with; the defined fallback was used: for a non-finite input or result the
-    /// torque is zero and Φ stands still, see [`Command::fallback`]; what else there is stands with each law.
+    /// torque is zero, and Φ stands still over this step and the next, see [`Command::fallback`]. Other substitutes are
+    /// documented with each law.
     pub fell_back: bool,
 }
 
@@ -69,7 +70,8 @@ impl<T: Scalar, const N: usize> Command<T, N> {
     /// What leaves a law when its inputs or its result are not finite: no torque.
     ///
     /// Zero is the one torque that is safe without knowledge: the drives' own watchdogs and the loop's checks act on
-    /// [`AdaptationStatus::fell_back`].
+    /// [`AdaptationStatus::fell_back`]. An adaptive law keeps Φ as it was before the cycle and sets Φ̇ to zero, so that Φ
+    /// stands still over the coming step too: a cycle that cannot be trusted teaches nothing.
     pub fn fallback(status: AdaptationStatus) -> Self {
         Self {
             torque: SVector::zeros(),

@@ -26,10 +26,17 @@ const FIRING_FLOOR: f64 = 1e-30;
 
 /// A membership function A(x) = 1/(1 + |(x − c)/a|^{2b}).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GeneralisedBell<T: Scalar> {
-    centre: T,
-    half_width: T,
-    steepness: T,
+pub struct GeneralisedBell<T: Scalar>(BellShape<T>);
+
+/// The numbers of a [`GeneralisedBell`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BellShape<T: Scalar> {
+    /// c, in the unit of the input, finite.
+    pub centre: T,
+    /// a, in the unit of the input, positive: A is ½ at c ± a.
+    pub half_width: T,
+    /// b, half the exponent, positive.
+    pub steepness: T,
 }
 
 /// Why a membership function is refused.
@@ -54,12 +61,13 @@ pub enum BellError {
 }
 
 impl<T: Scalar> GeneralisedBell<T> {
-    /// The bell around `centre` c whose value is ½ at c ± `half_width` a; `steepness` is b, half the exponent.
+    /// The bell of this shape.
     ///
     /// # Errors
     /// [`BellError`] unless all are finite, a > 0 and b > 0.
-    pub fn new(centre: T, half_width: T, steepness: T) -> Result<Self, BellError> {
+    pub fn new(shape: BellShape<T>) -> Result<Self, BellError> {
         let positive = |value: T| value.is_finite() && value > T::zero();
+        let BellShape { centre, half_width, steepness } = shape;
         if !centre.is_finite() {
             return Err(BellError::Centre);
         }
@@ -69,32 +77,32 @@ impl<T: Scalar> GeneralisedBell<T> {
         if !positive(steepness) {
             return Err(BellError::Steepness { found: steepness.to_f64() });
         }
-        Ok(Self { centre, half_width, steepness })
+        Ok(Self(shape))
     }
 
     /// c, in the unit of the input.
     pub fn centre(&self) -> T {
-        self.centre
+        self.0.centre
     }
 
     /// a, in the unit of the input.
     pub fn half_width(&self) -> T {
-        self.half_width
+        self.0.half_width
     }
 
     /// b.
     pub fn steepness(&self) -> T {
-        self.steepness
+        self.0.steepness
     }
 
     /// A(x), within [0, 1]: 0 far away, also where the power overflows.
     pub fn membership(&self, x: T) -> T {
-        let distance = (x - self.centre).abs() / self.half_width;
+        let distance = (x - self.0.centre).abs() / self.0.half_width;
         // 0^{2b} is taken out of powf's hands: it is 0 for every b > 0.
         if distance == T::zero() {
             return T::one();
         }
-        T::one() / (T::one() + distance.powf(self.steepness + self.steepness))
+        T::one() / (T::one() + distance.powf(self.0.steepness + self.0.steepness))
     }
 }
 
@@ -111,10 +119,12 @@ impl<T: Scalar> FuzzySets<T> {
     /// The grid before ANFIS has trained it, over the universes of the paper's Fig. 12: velocity bells at −20, 0 and 20 °/s
     /// (a = 10 °/s), position bells at −2, −0.75 and 0.5° (a = 0.625°), b = 2. The trained sets of Fig. 12 are lost.
     pub fn untrained() -> Self {
-        let bell = |centre: f64, half_width: f64| GeneralisedBell {
-            centre: T::constant(centre.to_radians()),
-            half_width: T::constant(half_width.to_radians()),
-            steepness: T::constant(2.0),
+        let bell = |centre: f64, half_width: f64| {
+            GeneralisedBell(BellShape {
+                centre: T::constant(centre.to_radians()),
+                half_width: T::constant(half_width.to_radians()),
+                steepness: T::constant(2.0),
+            })
         };
         Self {
             velocity: [-20.0, 0.0, 20.0].map(|centre| bell(centre, 10.0)),
@@ -125,6 +135,7 @@ impl<T: Scalar> FuzzySets<T> {
 
 /// How a rule's two memberships become its firing strength.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Firing {
     /// The smaller one, as the paper has it (eq. 39).
     #[default]

@@ -9,13 +9,13 @@
 //! ```
 //! use dem_model::ThreeLinkDem;
 //! use hinf_control::{
-//!     BaseAcceleration, BaseMeasurement, Controller, Law, Measurement, NonlinearHInfinity, QuinticReference, Synthesis,
-//!     TorqueLimiter, TorqueLimits, WeightReading, Weights,
+//!     BaseAcceleration, BaseMeasurement, Controller, ControllerSettings, Law, Measurement, NonlinearHInfinity,
+//!     QuinticReference, Synthesis, TorqueLimiter, TorqueLimits,
 //! };
 //! use nalgebra::Vector2;
 //!
 //! // Design, once: every reason to refuse comes out here.
-//! let weights = Weights::table_3(Law::Nonlinear, WeightReading::Blocks);
+//! let weights = ControllerSettings::default().weights(Law::Nonlinear);
 //! let synthesis = Synthesis::new(&weights)?;
 //! let mut law = NonlinearHInfinity::new(ThreeLinkDem::<f64>::table_2(), synthesis, BaseAcceleration::Reduced);
 //! let mut limiter = TorqueLimiter::new(TorqueLimits::new(Vector2::new(0.3, 0.3))?);
@@ -40,13 +40,13 @@
 //! | to | there is |
 //! |---|---|
 //! | say where to go | [`QuinticReference`] (eq. 47) |
-//! | choose weights | [`Weights`], [`WeightReading`], the paper's in [`Weights::table_3`] |
+//! | choose weights | [`Weights`], [`WeightReading`], the paper's in [`ControllerSettings`] |
 //! | solve for the feedback | [`Synthesis`] (eqs. 6, 9, 10), [`SynthesisError`] |
 //! | know what is proven | [`Synthesis::proven_attenuation_level`] |
 //! | control with a model | [`NonlinearHInfinity`] (controller 1), [`PdComputedTorque`] (baseline) |
 //! | control and learn | [`Adaptive`] (2), [`Neural`] (3), [`NeuralModel`] (4), [`Fuzzy`] (5), [`FuzzyModel`] (6) |
 //! | shape what is learnt | [`adaptation`], [`TanhNetworks`], [`FuzzySystem`] |
-//! | choose a law at run time | [`Law`], [`AnyController`], [`ControllerOptions`] |
+//! | choose a law at run time | [`Law`], [`ControllerSettings`], [`AnyController`] |
 //! | limit torques | [`TorqueLimiter`] |
 //! | disturb a run as the paper does | [`Disturbance`] (eq. 48) |
 //! | judge a run | [`PerformanceIndices`] (section 4) |
@@ -72,11 +72,11 @@
 //!
 //! # Adding a law
 //!
-//! 1. Write `laws/yours.rs`. Open it with the equations. Implement [`Controller`]: check inputs with [`is_usable`], end with
-//!    [`Command::or_fallback`]. A law that learns holds a [`adaptation::ParameterEstimator`] and gets stepping, projection,
-//!    anti-windup and freezing from it: `step`, use `parameters`, `learn`. `laws/neural.rs` is the shortest example,
-//!    `laws/computed_torque.rs` the one without learning.
-//! 2. Add a variant to [`Law`]. The compiler then names each match of the module `catalogue` that has to know it.
+//! 1. Write `laws/yours.rs`. Open it with the equations. It has the law, which implements [`Controller`], and its `Settings`,
+//!    which implement [`LawDefinition`]. A law that learns holds a [`adaptation::ParameterEstimator`] and works in its
+//!    `cycle`: `laws/neural.rs` is the shortest example. One that does not checks its inputs with [`is_usable`] and ends
+//!    with [`Command::or_fallback`]: `laws/computed_torque.rs`.
+//! 2. Add a line to the list in `laws/mod.rs`.
 //! 3. The tests of `tests/every_law.rs` run over [`Law::ALL`] and take it in: finite outputs, freezing, f32. If theory promises
 //!    a level, `tests/dissipation.rs` shows how to check it.
 //!
@@ -93,40 +93,60 @@
 
 pub mod adaptation;
 mod attenuation;
+mod base_acceleration;
 mod catalogue;
 mod controller;
 mod disturbance;
 mod fuzzy_system;
+mod gains;
 mod indices;
-mod laws;
+mod law_definition;
+pub mod laws;
 mod limiter;
+mod model_coordinates;
 mod neural_network;
+mod nominal_model;
 mod reference;
 mod small_matrix;
+mod symmetric_weight;
 mod synthesis;
 mod synthesis_error;
 mod tracking_error;
 mod weights;
 
 pub use attenuation::ProvenAttenuation;
-pub use catalogue::{
-    AdaptationWeights, AnyController, BuildError, ControllerOptions, Law, LimitAction, ParameterLimits,
-    PublishedIndices,
-};
+pub use base_acceleration::{BaseAcceleration, UnsupportedBaseAcceleration};
 pub use controller::*;
 pub use disturbance::Disturbance;
 pub use fuzzy_system::{
-    BellError, FUZZY_PARAMETERS, Firing, FuzzyRegressor, FuzzySets, FuzzySystem, GeneralisedBell, RULES, SETS,
+    BellError, BellShape, FUZZY_PARAMETERS, Firing, FuzzyRegressor, FuzzySets, FuzzySystem, GeneralisedBell, RULES,
+    SETS,
 };
+pub use gains::{GainError, PdGains};
 pub use indices::PerformanceIndices;
-pub use laws::{
-    Adaptive, AdaptiveBaseAcceleration, BaseAcceleration, Fuzzy, FuzzyModel, GainError, Neural, NeuralModel,
-    NominalForm, NominalModel, NonlinearHInfinity, PdComputedTorque, PdGains,
+pub use law_definition::{
+    AdaptationGuard, AdaptationSettings, BuildContext, BuildError, LawDefinition, LawVariant, PublishedIndices,
+    StateWeights, VariantOrigin,
 };
+pub use laws::adaptive::{Adaptive, AdaptiveBaseAcceleration};
+pub use laws::computed_torque::PdComputedTorque;
+pub use laws::fuzzy::Fuzzy;
+pub use laws::fuzzy_model::FuzzyModel;
+pub use laws::neural::Neural;
+pub use laws::neural_model::NeuralModel;
+pub use laws::nonlinear::NonlinearHInfinity;
+pub use laws::{AnyController, ControllerSettings, Law};
 pub use limiter::{LimitedTorque, TorqueLimitError, TorqueLimiter, TorqueLimits};
 pub use neural_network::{NETWORK_INPUTS, NETWORK_PARAMETERS, NEURONS, NetworkError, TanhNetworks};
+pub use nominal_model::{NominalForm, NominalModel};
 pub use reference::{QuinticReference, ReferenceError};
+pub use symmetric_weight::SymmetricWeight;
 pub use synthesis::{AuxiliaryMotion, Synthesis};
 pub use synthesis_error::SynthesisError;
 pub use tracking_error::TrackingError;
 pub use weights::{PAPER_ATTENUATION_LEVEL, WeightReading, Weights};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -54,8 +54,8 @@ impl<T: Scalar> Synthesis<T> {
     /// [`SynthesisError`], one variant for each reason why a design is refused.
     ///
     /// ```
-    /// use hinf_control::{Law, Synthesis, WeightReading, Weights};
-    /// let weights = Weights::<f64>::table_3(Law::Nonlinear, WeightReading::Blocks);
+    /// use hinf_control::{ControllerSettings, Law, Synthesis};
+    /// let weights = ControllerSettings::default().weights::<f64>(Law::Nonlinear);
     /// let design = Synthesis::new(&weights)?;
     /// assert!(design.riccati_residual() < 1e-12);
     /// # Ok::<(), hinf_control::SynthesisError>(())

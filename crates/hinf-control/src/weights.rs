@@ -1,6 +1,6 @@
-//! The designer's weights Q and R, and the paper's choice of them (Table 3).
+//! The designer's weights Q and R. Those of the paper's Table 3 are in
+//! [`ControllerSettings`](crate::ControllerSettings).
 
-use crate::Law;
 use dem_model::Scalar;
 use nalgebra::{Matrix2, Vector2};
 
@@ -8,6 +8,7 @@ use nalgebra::{Matrix2, Vector2};
 ///
 /// The paper's text says factors; its Table 4 fits blocks clearly better. Open, so both are supported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum WeightReading {
     /// The numbers are Q1 and Q2, so that Q has the blocks Q1ᵀQ1 and Q2ᵀQ2. They need not be symmetric.
     Factors,
@@ -38,8 +39,6 @@ pub struct Weights<T: Scalar> {
 
 /// γ of the paper's experiments (section 4).
 pub const PAPER_ATTENUATION_LEVEL: f64 = 2.0;
-/// R of the paper's experiments, the same for every controller (Table 3).
-const TABLE_3_CONTROL: [f64; 2] = [0.9, 2.5];
 
 impl<T: Scalar> Weights<T> {
     /// Diagonal weights without cross weight.
@@ -58,24 +57,5 @@ impl<T: Scalar> Weights<T> {
             attenuation_level,
             reading,
         }
-    }
-
-    /// The paper's weights for `law` (Table 3) with γ = 2. The baseline is not in the paper and takes the row of
-    /// [`Law::Nonlinear`].
-    pub fn table_3(law: Law, reading: WeightReading) -> Self {
-        let (velocity, position) = match law {
-            Law::Nonlinear | Law::Adaptive | Law::Neural | Law::ComputedTorque => ([0.64, 0.64], [9.0, 7.0]),
-            Law::NeuralModel => ([4.0, 4.0], [9.0, 7.0]),
-            Law::Fuzzy => ([1.0, 1.0], [9.0, 7.0]),
-            Law::FuzzyModel => ([4.0, 4.0], [25.0, 7.0]),
-        };
-        let vector = |[x, y]: [f64; 2]| Vector2::new(T::constant(x), T::constant(y));
-        Self::diagonal(
-            vector(velocity),
-            vector(position),
-            vector(TABLE_3_CONTROL),
-            T::constant(PAPER_ATTENUATION_LEVEL),
-            reading,
-        )
     }
 }

@@ -2,10 +2,13 @@
 
 use approx::assert_relative_eq;
 use hinf_control::adaptation::{
-    Adaptation, AdaptationWeight, AntiWindup, Ball, BoundError, DiagonalWeight, FullWeight, ParameterBox,
-    ParameterEstimator, ParameterSet, ScalarWeight, WeightError,
+    Adaptation, AdaptationWeight, AdaptiveOutput, AntiWindup, Ball, BoundError, DiagonalWeight, FullWeight,
+    ParameterBox, ParameterEstimator, ParameterSet, ScalarWeight, WeightError,
 };
-use hinf_control::{AdaptationStatus, FUZZY_PARAMETERS, Law, Synthesis, ThawError, WeightReading, Weights};
+use hinf_control::{
+    AdaptationStatus, BaseMeasurement, ControllerSettings, FUZZY_PARAMETERS, Law, Measurement, Reference, Synthesis,
+    ThawError,
+};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
 
@@ -15,20 +18,34 @@ fn plain(initial: Vector3<f64>) -> Adaptation<f64, 3> {
     Adaptation::new(initial, ScalarWeight::new(2.0).unwrap()).unwrap()
 }
 
-/// Moves Φ by `change` in one step.
-fn push<Z: AdaptationWeight<f64, 3>>(
-    estimator: &mut Estimator<Z>,
-    gradient: &Vector3<f64>,
+/// One cycle whose output is nothing but this gradient.
+fn cycle<const P: usize, Z: AdaptationWeight<f64, P>>(
+    estimator: &mut ParameterEstimator<f64, P, Z>,
+    gradient: SVector<f64, P>,
     period: f64,
 ) -> AdaptationStatus {
-    estimator.learn(gradient, &mut AdaptationStatus::default());
-    estimator.step(period)
+    let rest = Vector2::zeros();
+    let base = BaseMeasurement { position: 0.0, velocity: 0.0, acceleration: 0.0 };
+    let measurement = Measurement { position: rest, velocity: rest, base };
+    let reference = Reference { position: rest, velocity: rest, acceleration: rest };
+    let output = AdaptiveOutput { torque: rest, control_input: rest, gradient, fell_back: false };
+    estimator.cycle(&measurement, &reference, period, |_| output).adaptation
+}
+
+/// Steps Φ once along −Z⁻¹·`gradient`.
+fn push<const P: usize, Z: AdaptationWeight<f64, P>>(
+    estimator: &mut ParameterEstimator<f64, P, Z>,
+    gradient: &SVector<f64, P>,
+    period: f64,
+) -> AdaptationStatus {
+    cycle(estimator, *gradient, 0.0);
+    cycle(estimator, SVector::zeros(), period)
 }
 
 #[test]
 fn a_step_is_explicit_euler_with_the_rate_of_the_cycle_before() {
     let mut estimator = Estimator::new(plain(Vector3::new(1.0, 2.0, 3.0)));
-    estimator.step(5.0);
+    cycle(&mut estimator, Vector3::zeros(), 5.0);
     assert_eq!(*estimator.parameters(), Vector3::new(1.0, 2.0, 3.0));
     push(&mut estimator, &Vector3::new(4.0, 0.0, -4.0), 0.5);
     // −Z⁻¹·gradient·period
@@ -41,22 +58,22 @@ fn anti_windup_skips_exactly_the_steps_after_limited_cycles() {
     let mut estimator = Estimator::new(adaptation);
     let gradient = Vector3::new(-2.0, 0.0, 0.0);
     let mut expected = 0.0;
-    for (cycle, limited) in [[false, false], [false, true], [true, true], [false, false]].into_iter().enumerate() {
-        estimator.learn(&gradient, &mut AdaptationStatus::default());
+    for (number, limited) in [[false, false], [false, true], [true, true], [false, false]].into_iter().enumerate() {
+        cycle(&mut estimator, gradient, 0.0);
         estimator.limited(limited);
-        let status = estimator.step(1.0);
-        assert_eq!(status.frozen, limited.contains(&true), "cycle {cycle}");
+        let status = cycle(&mut estimator, Vector3::zeros(), 1.0);
+        assert_eq!(status.frozen, limited.contains(&true), "cycle {number}");
         expected += if limited.contains(&true) { 0.0 } else { 1.0 };
-        assert_eq!(estimator.parameters().x, expected, "cycle {cycle}");
+        assert_eq!(estimator.parameters().x, expected, "cycle {number}");
     }
 }
 
 #[test]
 fn without_anti_windup_a_limited_cycle_is_like_any_other() {
     let mut estimator = Estimator::new(plain(Vector3::zeros()));
-    estimator.learn(&Vector3::new(-2.0, 0.0, 0.0), &mut AdaptationStatus::default());
+    cycle(&mut estimator, Vector3::new(-2.0, 0.0, 0.0), 0.0);
     estimator.limited([true, true]);
-    assert!(!estimator.step(1.0).frozen);
+    assert!(!cycle(&mut estimator, Vector3::zeros(), 1.0).frozen);
     assert_eq!(estimator.parameters().x, 1.0);
 }
 
@@ -82,13 +99,14 @@ fn an_alarm_lets_parameters_go_and_a_projection_does_not() {
 #[test]
 fn what_is_not_finite_leaves_the_parameters_where_they_were() {
     let mut estimator = Estimator::new(plain(Vector3::repeat(1.0)));
-    let mut status = AdaptationStatus::default();
-    estimator.learn(&Vector3::new(f64::NAN, 0.0, 0.0), &mut status);
-    assert!(status.fell_back);
-    estimator.step(1.0);
+    assert!(!cycle(&mut estimator, Vector3::repeat(-2.0), 0.0).fell_back);
+    // Neither the pending step nor the one after a gradient that is no number is made.
+    assert!(cycle(&mut estimator, Vector3::new(f64::NAN, 0.0, 0.0), 1.0).fell_back);
     assert_eq!(*estimator.parameters(), Vector3::repeat(1.0));
-    let status = push(&mut estimator, &Vector3::new(1e300, 0.0, 0.0), 1e300);
-    assert!(status.fell_back);
+    assert!(!cycle(&mut estimator, Vector3::new(1e300, 0.0, 0.0), 1.0).fell_back);
+    assert_eq!(*estimator.parameters(), Vector3::repeat(1.0));
+    // A step that overflows.
+    assert!(cycle(&mut estimator, Vector3::zeros(), 1e300).fell_back);
     assert_eq!(*estimator.parameters(), Vector3::repeat(1.0));
 }
 
@@ -133,14 +151,13 @@ fn a_box_in_the_metric_of_a_full_weight_would_break_the_proof() {
 #[test]
 fn one_ball_over_both_joints_can_raise_the_storage_of_table_3() {
     // Why the docs advise the box there. One parameter per joint, Z = I; V weighs the joints by 1/t_k².
-    let design = Synthesis::<f64>::new(&Weights::table_3(Law::Nonlinear, WeightReading::Blocks)).unwrap();
+    let design = Synthesis::<f64>::new(&ControllerSettings::default().weights(Law::Nonlinear)).unwrap();
     let storage = DiagonalWeight::new(design.t11().diagonal().map(|t| 1.0 / (t * t))).unwrap();
     let (truth, outside) = (Vector2::new(0.956, 0.292), Vector2::new(0.485, 0.875) * 1.3);
     let ball = Ball::new(Vector2::zeros(), 1.0).unwrap();
     let adaptation = Adaptation::new(Vector2::zeros(), ScalarWeight::new(1.0).unwrap()).unwrap();
     let mut estimator = ParameterEstimator::new(adaptation.projected_onto_ball(ball).unwrap());
-    estimator.learn(&-outside, &mut AdaptationStatus::default());
-    assert!(estimator.step(1.0).projected);
+    assert!(push(&mut estimator, &-outside, 1.0).projected);
     let distance = |point: &Vector2<f64>| storage.norm_squared(&(point - truth));
     assert!(distance(estimator.parameters()) > distance(&outside));
 }

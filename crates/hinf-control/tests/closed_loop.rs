@@ -100,14 +100,14 @@ fn check(case: &Value) {
 
 #[test]
 fn controllers_1_2_3_and_5_follow_their_reference_runs() {
-    let cases = cases(include_str!("../../../tests/vectors/closed_loop.json"));
+    let cases = cases(include_str!("vectors/closed_loop.json"));
     assert_eq!(cases.len(), 6);
     cases.iter().for_each(check);
 }
 
 #[test]
 fn the_reduced_law_follows_its_reference_runs() {
-    let cases = cases(include_str!("../../../tests/vectors/reduced.json"));
+    let cases = cases(include_str!("vectors/reduced.json"));
     assert_eq!(cases.len(), 2);
     cases.iter().for_each(check);
 }

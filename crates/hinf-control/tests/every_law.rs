@@ -1,11 +1,9 @@
 //! What every law keeps: finite outputs whatever comes in, exact freezing and thawing, the same answers in f32 and f64.
 
 use dem_model::{Scalar, ThreeLinkDem};
-use hinf_control::adaptation::AntiWindup;
 use hinf_control::{
-    AnyController, BaseAcceleration, BaseMeasurement, BuildError, Controller, ControllerOptions, Firing, FuzzySets,
-    FuzzySystem, Law, LimitAction, Measurement, NominalForm, ParameterLimits, Reference, ThawError, TrackingError,
-    WeightReading, Weights,
+    AdaptationGuard, AnyController, BaseAcceleration, BaseMeasurement, BuildContext, Controller, ControllerSettings,
+    Firing, FuzzySets, FuzzySystem, Law, Measurement, PublishedIndices, Reference, ThawError, TrackingError,
 };
 use nalgebra::Vector2;
 use proptest::prelude::*;
@@ -13,38 +11,26 @@ use proptest::prelude::*;
 /// Every law in every form, with what keeps Φ in its place on or off.
 fn variants<T: Scalar>(safeguards: bool) -> Vec<(String, AnyController<T>)> {
     let mut variants = Vec::new();
-    let modes = [
-        BaseAcceleration::Measured,
-        BaseAcceleration::Eliminated,
-        BaseAcceleration::Omitted,
-        BaseAcceleration::Reduced,
-        BaseAcceleration::ReducedMomentum,
-    ];
-    let forms = [NominalForm::ActiveJoints, NominalForm::Reduced];
-    let firings = [Firing::Minimum, Firing::Product];
+    let mut context = BuildContext::new(ThreeLinkDem::table_2());
+    if safeguards {
+        context.adaptation_guard = AdaptationGuard::Bounded;
+    }
     for law in Law::ALL {
-        for base_acceleration in modes {
-            for nominal_form in forms {
-                for firing in firings {
-                    let mut options = ControllerOptions::paper(law);
-                    options.base_acceleration = base_acceleration;
-                    options.nominal_form = nominal_form;
-                    options.fuzzy_system = FuzzySystem::new(FuzzySets::untrained(), firing);
-                    if safeguards {
-                        options.parameter_limits = ParameterLimits::Ball { radius: T::constant(0.05) };
-                        options.limit_action = LimitAction::Project;
-                        options.anti_windup = AntiWindup::FreezeWhileLimited;
-                    }
-                    let weights = Weights::table_3(law, WeightReading::Blocks);
-                    match AnyController::new(law, ThreeLinkDem::table_2(), &weights, &options) {
-                        Ok(controller) => {
-                            let name = format!("{law:?} {base_acceleration:?} {nominal_form:?} {firing:?}");
-                            variants.push((name, controller));
-                        }
-                        Err(error) => assert_eq!(error, BuildError::AdaptiveReduced),
-                    }
-                }
+        let mut forms = vec![("default".to_owned(), ControllerSettings::default())];
+        for mode in BaseAcceleration::ALL {
+            let mut settings = ControllerSettings::default();
+            if settings.set_base_acceleration(law, mode).is_ok() {
+                forms.push((mode.name().to_owned(), settings));
             }
+        }
+        let mut settings = ControllerSettings::default();
+        settings.fuzzy.firing = Firing::Product;
+        settings.fuzzy_model.firing = Firing::Product;
+        if settings.firing(law).is_some() {
+            forms.push(("product".to_owned(), settings));
+        }
+        for (form, settings) in forms {
+            variants.push((format!("{law:?} {form}"), settings.build(law, &context).unwrap()));
         }
     }
     variants
@@ -137,6 +123,32 @@ proptest! {
         stays_finite::<f32>(&cycles)?;
     }
 
+    /// A cycle without a finite result is void: no torque, and Φ stands still over this step and the next.
+    #[test]
+    fn a_void_cycle_leaves_the_state_and_teaches_nothing(
+        before in prop::collection::vec(ordinary(), 1..4), bad in wild(), after in ordinary()
+    ) {
+        for safeguards in [false, true] {
+            for (name, mut law) in variants::<f64>(safeguards) {
+                before.iter().for_each(|cycle| { answer(&mut law, cycle); });
+                let parameters = law.parameters().to_vec();
+                let (measurement, reference, period) = bad.inputs();
+                let command = law.update(&measurement, &reference, period);
+                let void = command.adaptation.fell_back
+                    && command.torque == Vector2::zeros()
+                    && command.control_input == Vector2::zeros();
+                if void {
+                    prop_assert_eq!(law.parameters(), &parameters[..], "{}", &name);
+                    let frozen = law.freeze();
+                    let pending = frozen.values().get(parameters.len()..).unwrap();
+                    prop_assert!(pending.iter().all(|value| *value == 0.0), "{}", &name);
+                    answer(&mut law, &after);
+                    prop_assert_eq!(law.parameters(), &parameters[..], "{}", &name);
+                }
+            }
+        }
+    }
+
     #[test]
     fn a_thawed_law_goes_on_to_the_bit(
         before in prop::collection::vec(ordinary(), 0..6), after in prop::collection::vec(ordinary(), 1..6)
@@ -182,29 +194,117 @@ proptest! {
 }
 
 #[test]
-fn the_reduced_adaptive_law_does_not_exist() {
-    let mut options = ControllerOptions::<f64>::paper(Law::Adaptive);
-    options.base_acceleration = BaseAcceleration::Reduced;
-    let weights = Weights::table_3(Law::Adaptive, WeightReading::Blocks);
-    let refused = AnyController::new(Law::Adaptive, ThreeLinkDem::table_2(), &weights, &options);
-    assert_eq!(refused, Err(BuildError::AdaptiveReduced));
+fn a_law_refuses_modes_of_the_base_acceleration_that_it_does_not_offer() {
+    use BaseAcceleration::{Eliminated, Measured, Omitted, Reduced, ReducedMomentum};
+    let offered: [(Law, &[BaseAcceleration]); 7] = [
+        (Law::Nonlinear, &[Measured, Eliminated, Omitted, Reduced, ReducedMomentum]),
+        (Law::Adaptive, &[Measured, Eliminated, Omitted]),
+        (Law::Neural, &[]),
+        (Law::NeuralModel, &[Omitted, Reduced]),
+        (Law::Fuzzy, &[]),
+        (Law::FuzzyModel, &[Omitted, Reduced]),
+        (Law::ComputedTorque, &[]),
+    ];
+    for (law, offered) in offered {
+        for mode in BaseAcceleration::ALL {
+            let mut settings = ControllerSettings::default();
+            let set = settings.set_base_acceleration(law, mode);
+            assert_eq!(set.is_ok(), offered.contains(&mode), "{law:?} {mode:?}");
+            if let Err(refusal) = set {
+                assert_eq!(refusal.found, mode);
+                assert_eq!(settings, ControllerSettings::default());
+            }
+        }
+        for variant in law.variants() {
+            assert!(offered.contains(&variant.base_acceleration), "{}", variant.name);
+        }
+    }
 }
 
 #[test]
-fn options_of_the_wrong_length_are_refused() {
-    let mut options = ControllerOptions::<f64>::paper(Law::Neural);
-    options.initial_parameters = Some(&[0.0; 13]);
-    let weights = Weights::table_3(Law::Neural, WeightReading::Blocks);
-    let refused = AnyController::new(Law::Neural, ThreeLinkDem::table_2(), &weights, &options);
-    assert_eq!(refused, Err(BuildError::ParameterCount { expected: 14, found: 13 }));
+fn the_guard_keeps_the_parameters_in_a_box_around_their_start() {
+    for law in Law::ALL {
+        let settings = ControllerSettings::default();
+        let Some(adaptation) = settings.adaptation(law) else { continue };
+        let model = ThreeLinkDem::<f64>::table_2();
+        let free = BuildContext::new(model);
+        let bounded = BuildContext { adaptation_guard: AdaptationGuard::Bounded, ..free };
+        let start = settings.build(law, &free).unwrap().parameters().to_vec();
+        let farthest = |context: &BuildContext<f64>| {
+            let mut controller = settings.build(law, context).unwrap();
+            let cycle = Cycle {
+                numbers: [1.0, -1.0, 3.0, -3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 2.0],
+                period: 1.0,
+                limited: [false, false],
+            };
+            (0..20).for_each(|_| {
+                answer(&mut controller, &cycle);
+            });
+            let distances = controller.parameters().iter().zip(&start).map(|(now, start)| f64::abs(now - start));
+            distances.fold(0.0, f64::max)
+        };
+        assert!(farthest(&free) > adaptation.bound, "{law:?}");
+        assert!((farthest(&bounded) - adaptation.bound).abs() < 1e-12, "{law:?}");
+    }
+}
+
+#[test]
+fn table_3_and_table_4() {
+    let settings = ControllerSettings::default();
+    // z, L2, E
+    let expected = [
+        (Law::Nonlinear, None, 0.0778, 0.1419),
+        (Law::Adaptive, Some(10.0), 0.0379, 0.1244),
+        (Law::Neural, Some(10.0), 0.0317, 0.1322),
+        (Law::NeuralModel, Some(100.0), 0.0292, 0.1406),
+        (Law::Fuzzy, Some(0.8), 0.0340, 0.1563),
+        (Law::FuzzyModel, Some(20.0), 0.0318, 0.1788),
+    ];
+    assert_eq!(expected.map(|(law, ..)| law), Law::PAPER);
+    for (law, z, tracking, torque) in expected {
+        assert_eq!(settings.adaptation(law).map(|adaptation| adaptation.z), z);
+        assert_eq!(law.published_indices(), Some(PublishedIndices { tracking, torque }));
+    }
+    assert!(!Law::ComputedTorque.is_in_paper());
+    // The baseline has no weights of its own.
+    assert_eq!(settings.weights::<f64>(Law::ComputedTorque), settings.weights(Law::Nonlinear));
 }
 
 #[test]
 fn a_state_of_another_law_is_refused() {
     let mut laws = variants::<f64>(false);
     let (_, nonlinear) = laws.remove(0);
-    let (_, mut fuzzy) = laws.into_iter().find(|(name, _)| name.starts_with("Fuzzy ")).unwrap();
+    let (_, mut fuzzy) = laws.into_iter().find(|(name, _)| name == "Fuzzy default").unwrap();
     assert_eq!(fuzzy.thaw(&nonlinear.freeze()), Err(ThawError::Size { expected: 109, found: 0 }));
+}
+
+/// The base acceleration is no part of what `is_usable` checks: each law must find out itself.
+#[test]
+fn a_base_acceleration_that_is_no_number_voids_the_cycle() {
+    let start = Cycle {
+        numbers: [0.3, 0.4, 0.1, -0.1, 0.0, 0.2, 0.1, 0.32, 0.37, 0.0, 0.0, 0.0, 0.0],
+        period: 0.003,
+        limited: [false, false],
+    };
+    let mut bad = start.clone();
+    bad.numbers[6] = f64::NAN;
+    let mut found = 0;
+    for (name, mut law) in variants::<f64>(false) {
+        answer(&mut law, &start);
+        answer(&mut law, &start);
+        let parameters = law.parameters().to_vec();
+        let command = answer(&mut law, &bad);
+        if name.ends_with(" measured") {
+            found += 1;
+            assert!(command.adaptation.fell_back && command.torque == Vector2::zeros(), "{name}");
+            assert_eq!(law.parameters(), parameters, "{name}");
+            answer(&mut law, &start);
+            assert_eq!(law.parameters(), parameters, "{name}");
+        } else {
+            assert!(!command.adaptation.fell_back, "{name}");
+        }
+    }
+    assert_eq!(found, 2);
 }
 
 #[test]

@@ -1,12 +1,17 @@
 //! The synthesis solves eq. 9, and refuses each design that cannot be for its own reason.
 
 use approx::assert_relative_eq;
-use hinf_control::{Law, Synthesis, SynthesisError, TrackingError, WeightReading, Weights};
+use hinf_control::{ControllerSettings, Law, Synthesis, SynthesisError, TrackingError, WeightReading, Weights};
 use nalgebra::{Matrix2, Matrix4, Vector2};
 use proptest::prelude::*;
 
+/// Table 3 in one of its readings.
+fn weights(law: Law, reading: WeightReading) -> Weights<f64> {
+    ControllerSettings { reading, ..ControllerSettings::default() }.weights(law)
+}
+
 fn table_3() -> Weights<f64> {
-    Weights::table_3(Law::Nonlinear, WeightReading::Factors)
+    weights(Law::Nonlinear, WeightReading::Factors)
 }
 
 fn refusal(change: impl FnOnce(&mut Weights<f64>)) -> SynthesisError {
@@ -41,7 +46,7 @@ fn residual_of_equation_9(design: &Synthesis<f64>) -> f64 {
 fn table_3_is_solved_for_every_law_and_reading() {
     for law in Law::ALL {
         for reading in [WeightReading::Factors, WeightReading::Blocks] {
-            let design = Synthesis::<f64>::new(&Weights::table_3(law, reading)).unwrap();
+            let design = Synthesis::<f64>::new(&weights(law, reading)).unwrap();
             // Numbers up to 625 met a few roundings of 2.2e-16.
             assert!(design.riccati_residual() < 1e-12, "{law:?} {reading:?}");
             assert!(residual_of_equation_9(&design) < 1e-12, "{law:?} {reading:?}");
@@ -51,7 +56,7 @@ fn table_3_is_solved_for_every_law_and_reading() {
 
 #[test]
 fn diagonal_blocks_are_the_squares_of_diagonal_factors() {
-    let blocks = Synthesis::<f64>::new(&Weights::table_3(Law::Fuzzy, WeightReading::Blocks)).unwrap();
+    let blocks = Synthesis::<f64>::new(&weights(Law::Fuzzy, WeightReading::Blocks)).unwrap();
     let root = |x: f64, y: f64| Vector2::new(x.sqrt(), y.sqrt());
     let factors =
         Weights::diagonal(root(1.0, 1.0), root(9.0, 7.0), Vector2::new(0.9, 2.5), 2.0, WeightReading::Factors);
@@ -98,7 +103,7 @@ fn each_reason_has_its_own_refusal() {
 #[test]
 fn what_table_3_proves() {
     for law in Law::PAPER {
-        let design = Synthesis::<f64>::new(&Weights::table_3(law, WeightReading::Blocks)).unwrap();
+        let design = Synthesis::<f64>::new(&weights(law, WeightReading::Blocks)).unwrap();
         let proven = design.proven_attenuation_level().unwrap();
         assert_relative_eq!(proven.level_squared, 3.526, epsilon = 1e-3);
     }

@@ -88,7 +88,14 @@ extern crate std;
 
 mod clock;
 pub mod drive;
-pub mod link;
+/// Links to the emulated robot, and wrappers around any link.
+pub mod link {
+    mod faulty;
+    mod in_process;
+
+    pub use faulty::{FaultCounts, FaultRateError, FaultRates, FaultyLink};
+    pub use in_process::{InProcessError, InProcessLink};
+}
 mod outbox;
 pub mod plant;
 mod robot;
@@ -102,3 +109,12 @@ pub use plant::{
     UarmImperfections, UarmParameterError, UarmPlant, UarmPlantParameters,
 };
 pub use robot::{EmulatedRobot, Joint, Pacing, RobotError};
+
+pub use dem_model;
+pub use nalgebra;
+pub use uarm_io;
+
+/// The README's example, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -47,7 +47,7 @@ pub enum RobotError {
     /// Two drives share a node.
     #[error("two drives have node {node}, expected one each")]
     NodeTwice {
-        /// The node.
+        /// The node id that both have.
         node: u8,
     },
     /// The period of the lockstep is out of range.

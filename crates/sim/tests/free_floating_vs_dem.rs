@@ -2,8 +2,8 @@
 //! manipulator move alike under the same joint torques. Compared with each other and with independent references.
 
 use core::time::Duration;
+use dem_model::PlanarSpaceManipulator;
 use dem_model::ThreeLinkDem;
-use dem_model::planar::PlanarSpaceManipulator;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -31,8 +31,7 @@ struct Case {
 }
 
 fn vectors() -> Vectors {
-    let vectors: Vectors =
-        serde_json::from_str(include_str!("../../../tests/vectors/free_floating_vs_dem.json")).unwrap();
+    let vectors: Vectors = serde_json::from_str(include_str!("vectors/free_floating_vs_dem.json")).unwrap();
     assert!(vectors.tau.starts_with("tau2=0.06*sin(2*pi*t)+0.02; tau3=-0.03*cos(3*pi*t)+0.015*sin(7*t)"));
     assert_eq!(vectors.cases.len(), 2);
     vectors

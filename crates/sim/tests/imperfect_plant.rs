@@ -4,10 +4,9 @@
 
 use core::time::Duration;
 use dem_model::ThreeLinkDem;
-use hinf_control::Disturbance;
 use hinf_control::{
-    AnyController, BaseAcceleration, BaseMeasurement, Controller, ControllerOptions, Law, Measurement,
-    PerformanceIndices, QuinticReference, TrackingError, WeightReading, Weights,
+    BaseAcceleration, BaseMeasurement, BuildContext, Controller, ControllerSettings, Disturbance, Law, Measurement,
+    PerformanceIndices, QuinticReference, TrackingError,
 };
 use nalgebra::Vector3;
 use serde_json::Value;
@@ -33,12 +32,9 @@ fn run(law: Law, counts_per_revolution: u32, bandwidth: f64) -> Outcome {
     let nominal = ThreeLinkDem::table_2();
     let mut plant =
         UarmPlant::new(&nominal, UarmPlantParameters::fitted()).unwrap().with_disturbance(Disturbance::Paper);
-    let weights = Weights::table_3(law, WeightReading::Blocks);
-    let mut options = ControllerOptions::paper(law);
-    if law == Law::Adaptive {
-        options.base_acceleration = BaseAcceleration::Omitted;
-    }
-    let mut controller = AnyController::new(law, nominal, &weights, &options).unwrap();
+    let mut settings = ControllerSettings::default();
+    settings.set_base_acceleration(Law::Adaptive, BaseAcceleration::Omitted).unwrap();
+    let mut controller = settings.build(law, &BuildContext::new(nominal)).unwrap();
     let reference = QuinticReference::<f64>::paper();
     let description = EncoderDescription { counts_per_revolution, counter_bits: 32, zero_offset: 0 };
     let encoder = Encoder::new(description, Direction::Positive).unwrap();
@@ -70,7 +66,7 @@ fn run(law: Law, counts_per_revolution: u32, bandwidth: f64) -> Outcome {
 
 #[test]
 fn six_laws_on_the_fitted_plant() {
-    let vectors: Value = serde_json::from_str(include_str!("../../../tests/vectors/uarm_plant.json")).unwrap();
+    let vectors: Value = serde_json::from_str(include_str!("vectors/uarm_plant.json")).unwrap();
     let number = |value: &Value| value.as_f64().unwrap();
     let bandwidth = number(&vectors["params"]["wc"]);
     let laws = [Law::Nonlinear, Law::Adaptive, Law::Neural, Law::NeuralModel, Law::Fuzzy, Law::FuzzyModel];
@@ -87,7 +83,7 @@ fn six_laws_on_the_fitted_plant() {
 /// The constants in the code are those of the vectors.
 #[test]
 fn the_fitted_parameters_are_those_of_the_vectors() {
-    let vectors: Value = serde_json::from_str(include_str!("../../../tests/vectors/uarm_plant.json")).unwrap();
+    let vectors: Value = serde_json::from_str(include_str!("vectors/uarm_plant.json")).unwrap();
     let p = |name: &str| vectors["params"][name].as_f64().unwrap();
     let fitted = UarmPlantParameters::fitted();
     assert_eq!(*fitted.viscous_friction(), Vector3::new(p("b1"), p("bj"), p("bj")));

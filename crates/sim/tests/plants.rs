@@ -1,8 +1,8 @@
 //! What every plant owes its callers: the same bits each time, whatever the calls, and brakes that hold.
 
 use core::time::Duration;
+use dem_model::PlanarSpaceManipulator;
 use dem_model::ThreeLinkDem;
-use dem_model::planar::PlanarSpaceManipulator;
 use hinf_control::Disturbance;
 use nalgebra::Vector3;
 use uarm_sim::{

@@ -56,9 +56,9 @@ impl BitRate {
         Duration::from_nanos((u64::from(bits) * 1_000_000_000).div_ceil(u64::from(self.0)))
     }
 
-    /// The earliest that a drive's TPDO1 can be here after a SYNC was handed to the bus. What comes sooner answers an
+    /// The earliest that a drive's TPDO1 can be here after a SYNC was handed to the bus. What comes sooner belongs to an
     /// earlier SYNC.
-    pub fn earliest_answer(self) -> Duration {
+    pub fn earliest_feedback(self) -> Duration {
         self.time_of(least_frame_bits(ONE_BYTE) + least_frame_bits(DriveFeedback::LENGTH))
     }
 }
@@ -69,16 +69,16 @@ pub enum BusTimeError {
     /// See [`BitRate::RANGE`].
     #[error("{bits_per_second} bit/s, expected {} to {}", BitRate::RANGE.start(), BitRate::RANGE.end())]
     BitRate {
-        /// Found.
+        /// The bit rate that was asked for, bit/s.
         bits_per_second: u32,
     },
-    /// No period.
+    /// The period is zero.
     #[error("a period of zero")]
     ZeroPeriod,
     /// The frames of one cycle take longer than the cycle.
     #[error("{joints} joints need {needed:?} of bus time at {bits_per_second} bit/s in each period of {period:?}")]
     DoesNotFit {
-        /// Joints.
+        /// How many joints, each with one drive.
         joints: usize,
         /// Bit rate, bit/s.
         bits_per_second: u32,
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_needs_two_frames() {
-        assert_eq!(BitRate::FASTEST.earliest_answer(), Duration::from_micros(52 + 92));
+    fn feedback_needs_two_frames() {
+        assert_eq!(BitRate::FASTEST.earliest_feedback(), Duration::from_micros(52 + 92));
     }
 }

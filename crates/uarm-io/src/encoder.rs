@@ -163,19 +163,19 @@ pub enum EncoderError {
     /// See [`CountsPerRevolution::RANGE`].
     #[error("{counts} counts per revolution, expected {} to {}", CountsPerRevolution::RANGE.start(), CountsPerRevolution::RANGE.end())]
     CountsPerRevolution {
-        /// Found.
+        /// The counts per revolution that were asked for.
         counts: u32,
     },
     /// See [`CounterWidth::RANGE`].
     #[error("a counter of {bits} bits, expected {} to {}", CounterWidth::RANGE.start(), CounterWidth::RANGE.end())]
     CounterWidth {
-        /// Found.
+        /// The width that was asked for, bits.
         bits: u8,
     },
     /// See [`JumpLimit::new`].
     #[error("a greatest joint velocity of {velocity} rad/s, expected a finite one above zero")]
     JumpVelocity {
-        /// Found.
+        /// The velocity that was asked for, rad/s.
         velocity: f64,
     },
     /// The counter changed by more than the joint can have turned.
@@ -228,7 +228,7 @@ impl Encoder {
         Self { configuration, last: None }
     }
 
-    /// Its configuration.
+    /// What the encoder was built with.
     pub const fn configuration(&self) -> &EncoderConfiguration {
         &self.configuration
     }

@@ -72,3 +72,12 @@ pub mod realtime;
 pub mod socketcan_link;
 pub mod time;
 pub mod torque;
+
+pub use canopen_rs;
+pub use embedded_can;
+pub use nalgebra;
+
+/// The README's example, compiled and run.
+#[cfg(all(doctest, feature = "std"))]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -40,9 +40,9 @@ pub enum RealtimePolicy {
     Off,
 }
 
-/// A text that names no policy.
+/// A text that is not the name of a policy.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
-#[error("`{found}` is no real-time policy: expected `enforce`, `prefer` or `off`")]
+#[error("`{found}` is not a real-time policy: expected `enforce`, `prefer` or `off`")]
 pub struct RealtimePolicyError {
     found: String,
 }
@@ -96,7 +96,7 @@ impl RealtimeError {
 
 impl fmt::Display for RealtimeError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "no real-time thread (`--rt prefer` would go on without):")?;
+        write!(formatter, "no real-time thread (the policy `prefer` would go on without):")?;
         self.missing.iter().try_for_each(|finding| write!(formatter, "\n  {finding}"))
     }
 }

@@ -7,7 +7,7 @@ use crate::encoder::Direction;
 pub struct RatedTorque(u32);
 
 impl RatedTorque {
-    /// `millinewton_metres` mN·m.
+    /// A rated torque of `millinewton_metres` mN·m.
     ///
     /// # Errors
     /// [`TorqueError::RatedTorque`] for zero.
@@ -15,12 +15,12 @@ impl RatedTorque {
         if millinewton_metres == 0 { Err(TorqueError::RatedTorque) } else { Ok(Self(millinewton_metres)) }
     }
 
-    /// mN·m, the unit of 6076h.
+    /// The rated torque in mN·m, the unit of 6076h.
     pub const fn millinewton_metres(self) -> u32 {
         self.0
     }
 
-    /// N·m.
+    /// The rated torque in N·m.
     pub fn newton_metres(self) -> f64 {
         f64::from(self.0) * 1e-3
     }
@@ -39,7 +39,7 @@ impl TorqueCeiling {
     /// The rated torque itself.
     pub const RATED: Self = Self(1000);
 
-    /// `per_mille` of the rated torque.
+    /// A ceiling of `per_mille` of the rated torque.
     ///
     /// # Errors
     /// [`TorqueError::Ceiling`] below 1.
@@ -47,7 +47,7 @@ impl TorqueCeiling {
         if per_mille < 1 { Err(TorqueError::Ceiling { per_mille }) } else { Ok(Self(per_mille)) }
     }
 
-    /// Per mille.
+    /// The ceiling, per mille of the rated torque.
     pub const fn per_mille(self) -> i16 {
         self.0
     }
@@ -59,16 +59,16 @@ pub enum TorqueError {
     /// A rated torque of zero.
     #[error("a rated torque of 0 mN·m, expected at least 1")]
     RatedTorque,
-    /// A ceiling that is none.
+    /// A torque ceiling below 1 per mille.
     #[error("a torque ceiling of {per_mille} per mille, expected 1 to 32767")]
     Ceiling {
-        /// Found.
+        /// The ceiling that was asked for, per mille of the rated torque.
         per_mille: i16,
     },
-    /// A torque that is no number: nothing may be sent.
+    /// A torque that is not finite: nothing may be sent.
     #[error("a torque of {torque} N·m cannot be sent")]
     NotFinite {
-        /// Found.
+        /// The torque, N·m.
         torque: f64,
     },
 }
@@ -94,11 +94,11 @@ pub enum Saturation {
 /// The scale between a joint's torque and its drive's per mille.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TorqueScale {
-    /// 1000 per mille.
+    /// The motor's rated torque at the joint: 1000 per mille.
     pub rated_torque: RatedTorque,
     /// Which way a positive torque of the drive turns the joint.
     pub direction: Direction,
-    /// The most that is sent.
+    /// The most that is sent, in both directions.
     pub ceiling: TorqueCeiling,
 }
 
@@ -158,6 +158,32 @@ mod tests {
         assert_eq!(mounted(Direction::Negative).to_drive(0.1).unwrap().per_mille, -500);
         assert!((mounted(Direction::Positive).to_joint(500) - 0.1).abs() < 1e-15);
         assert!((mounted(Direction::Negative).to_joint(500) + 0.1).abs() < 1e-15);
+    }
+
+    #[test]
+    fn per_mille_of_0_and_1() {
+        // One per mille of 2 N·m is 2 mN·m.
+        let scale = scale(2000, Direction::Positive);
+        assert_eq!([-1, 0, 1].map(|per_mille| scale.to_joint(per_mille)), [-0.002, 0.0, 0.002]);
+        let sent = [-0.0011, -0.0009, 0.0, 0.0009, 0.0011].map(|torque| scale.to_drive(torque).unwrap().per_mille);
+        assert_eq!(sent, [-1, 0, 0, 0, 1]);
+    }
+
+    #[test]
+    fn a_torque_is_cut_above_the_ceiling_and_not_at_it() {
+        for (ceiling, at, above) in [(1, 0.001, 0.0016), (300, 0.3, 0.301), (i16::MAX, 32.767, 32.768)] {
+            let scale =
+                TorqueScale { ceiling: TorqueCeiling::new(ceiling).unwrap(), ..scale(1000, Direction::Positive) };
+            for sign in [1_i16, -1] {
+                let torque = |magnitude: f64| scale.to_drive(f64::from(sign) * magnitude).unwrap();
+                let per_mille = sign * ceiling;
+                assert_eq!(torque(at), TargetTorque { per_mille, saturation: Saturation::Within });
+                assert_eq!(torque(above), TargetTorque { per_mille, saturation: Saturation::Cut });
+            }
+        }
+        assert_eq!(TorqueCeiling::new(-1), Err(TorqueError::Ceiling { per_mille: -1 }));
+        assert_eq!(TorqueCeiling::new(1).unwrap().per_mille(), 1);
+        assert_eq!(RatedTorque::from_millinewton_metres(1).unwrap().millinewton_metres(), 1);
     }
 
     #[test]

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use uarm_loop::choice::Choice;
-use uarm_loop::hinf_control::{FuzzySets, GeneralisedBell, SETS};
+use uarm_loop::hinf_control::{BellShape, FuzzySets, GeneralisedBell, SETS};
 use uarm_loop::period::Period;
 use uarm_loop::recording::RunEnd;
 use uarm_loop::settings::Settings;
@@ -329,7 +329,7 @@ fn sets_from_text(text: &str) -> Result<Option<FuzzySets<f64>>, DescriptionError
         let numbers: Option<Vec<f64>> = text.split_whitespace().map(|number| number.parse().ok()).collect();
         match *numbers?.as_slice() {
             [centre, half_width, steepness] => {
-                GeneralisedBell::new(centre, half_width, steepness).ok()
+                GeneralisedBell::new(BellShape { centre, half_width, steepness }).ok()
             }
             _ => None,
         }
@@ -344,8 +344,7 @@ fn sets_from_text(text: &str) -> Result<Option<FuzzySets<f64>>, DescriptionError
 #[cfg(test)]
 mod tests {
     use super::*;
-    use uarm_loop::hinf_control::{Disturbance, Law};
-    use uarm_loop::settings::AdaptationGuard;
+    use uarm_loop::hinf_control::{AdaptationGuard, Disturbance, Law};
     use uarm_loop::schedule::OverrunPolicy;
     use uarm_loop::task_clock::PeriodSource;
     use uarm_loop::torque::DisturbanceSite;

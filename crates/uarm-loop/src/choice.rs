@@ -1,7 +1,6 @@
 //! Choices that people make by name: on a command line, in a log. One name and one description each, in one place.
 
-use crate::settings::AdaptationGuard;
-use hinf_control::{BaseAcceleration, Disturbance, Law};
+use hinf_control::{AdaptationGuard, BaseAcceleration, Disturbance, Law};
 use uarm_io::realtime::RealtimePolicy;
 
 /// A choice with a name.

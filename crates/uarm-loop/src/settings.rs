@@ -1,6 +1,6 @@
 //! What one experiment does, beyond what the robot's description says.
 
-use hinf_control::{Disturbance, Law};
+use hinf_control::{AdaptationGuard, Disturbance, Law};
 use uarm_io::time::Duration;
 
 use crate::schedule::OverrunPolicy;
@@ -39,13 +39,4 @@ impl Settings {
             disturbance_site: DisturbanceSite::Plant,
         }
     }
-}
-
-/// TEMP
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AdaptationGuard {
-    /// none
-    None,
-    /// bounded
-    Bounded,
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use hinf_control::{BaseAcceleration, Law};
+use hinf_control::{BaseAcceleration, Law, LawVariant, VariantOrigin};
 use serde::Serialize;
 
 use crate::robot::Robot;
@@ -46,34 +46,27 @@ pub struct ControllerVariant {
     origin: Origin,
 }
 
-const fn form(name: &'static str, law: Law, mode: BaseAcceleration, origin: Origin) -> ControllerVariant {
-    ControllerVariant { name, law, form: Some(mode), origin }
-}
-
 impl ControllerVariant {
     /// The paper's six.
     pub fn paper() -> impl Iterator<Item = Self> {
         Law::PAPER.into_iter().map(|law| Self { name: law.name(), law, form: None, origin: Origin::Paper })
     }
 
-    /// Forms of the paper's laws that are not rows of Table 4.
-    const FORMS: [Self; 6] = {
-        use BaseAcceleration::{Measured, Omitted, Reduced, ReducedMomentum};
-        [
-            form("nonlinear-measured", Law::Nonlinear, Measured, Origin::Reading),
-            form("nonlinear-omitted", Law::Nonlinear, Omitted, Origin::Reading),
-            form("nonlinear-reduced", Law::Nonlinear, Reduced, Origin::Extension),
-            form("nonlinear-reduced-momentum", Law::Nonlinear, ReducedMomentum, Origin::Extension),
-            form("neural-model-reduced", Law::NeuralModel, Reduced, Origin::Extension),
-            form("fuzzy-model-reduced", Law::FuzzyModel, Reduced, Origin::Extension),
-        ]
-    };
-
-    /// All variants: the paper's six, their other forms, and every law that is not in the paper.
+    /// All variants: the paper's six, the forms that laws name as rows of their own, and every law that is not in the paper.
     pub fn all() -> impl Iterator<Item = Self> {
-        let others = Law::ALL.into_iter().filter(|law| !Law::PAPER.contains(law));
+        let form = |law: Law, form: &LawVariant| Self {
+            name: form.name,
+            law,
+            form: Some(form.base_acceleration),
+            origin: match form.origin {
+                VariantOrigin::Reading => Origin::Reading,
+                VariantOrigin::Extension => Origin::Extension,
+            },
+        };
+        let forms = Law::ALL.into_iter().flat_map(move |law| law.variants().iter().map(move |each| form(law, each)));
+        let others = Law::ALL.into_iter().filter(|law| !law.is_in_paper());
         let others = others.map(|law| Self { name: law.name(), law, form: None, origin: Origin::Baseline });
-        Self::paper().chain(Self::FORMS).chain(others)
+        Self::paper().chain(forms).chain(others)
     }
 
     /// The variant of that name.
@@ -170,8 +163,7 @@ impl FromStr for ControllerVariants {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use uarm_loop::settings::AdaptationGuard;
-
+    
     #[test]
     fn each_variant_has_a_name_of_its_own_and_can_be_built() {
         for variant in ControllerVariant::all() {

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
-use hinf_control::{BaseAcceleration, Disturbance, Law};
+use hinf_control::{AdaptationGuard, BaseAcceleration, Disturbance, Law};
 use serde::Serialize;
 use uarm_log::candump;
 use uarm_log::records::MAGIC;
@@ -18,7 +18,7 @@ use uarm_log::replay::exact::{ExactReplay, Start};
 use uarm_log::replay::what_if::TorqueSummary;
 use uarm_loop::recording::FrameRecord;
 use uarm_loop::schedule::OverrunPolicy;
-use uarm_loop::settings::{AdaptationGuard, Settings};
+use uarm_loop::settings::Settings;
 use uarm_loop::task_clock::PeriodSource;
 use uarm_loop::torque::DisturbanceSite;
 use uarm_plot::output::FigureFile;

@@ -13,10 +13,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::Context;
-use hinf_control::{BaseAcceleration, Disturbance, Law};
+use hinf_control::{AdaptationGuard, BaseAcceleration, Disturbance, Law};
 use uarm_io::realtime::RealtimePolicy;
 use uarm_loop::schedule::OverrunPolicy;
-use uarm_loop::settings::{AdaptationGuard, Settings};
+use uarm_loop::settings::Settings;
 use uarm_loop::task_clock::PeriodSource;
 use uarm_loop::torque::DisturbanceSite;
 

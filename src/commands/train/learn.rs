@@ -7,7 +7,7 @@ use anfis::{
     AnfisError, Bell, DataSet, Epoch, InputSets, Keep, PremiseSets, StepMetric, StepSizeRule, Trained, Training,
     Universe,
 };
-use hinf_control::{BellError, Firing, FuzzySets, GeneralisedBell};
+use hinf_control::{BellError, BellShape, Firing, FuzzySets, GeneralisedBell};
 
 /// The universe of rate errors in the paper's Fig. 12, °/s.
 pub const RATE_UNIVERSE: [f64; 2] = [-20.0, 20.0];
@@ -107,7 +107,11 @@ fn sets(premises: &PremiseSets) -> Result<FuzzySets<f64>, LearnError> {
     let [rate, position] = premises.inputs() else { return Err(LearnError::Count) };
     let bells = |input: &InputSets| -> Result<[GeneralisedBell<f64>; hinf_control::SETS], LearnError> {
         let bell = |bell: &Bell| {
-            GeneralisedBell::new(bell.centre().to_radians(), bell.half_width().to_radians(), bell.steepness())
+            GeneralisedBell::new(BellShape {
+                centre: bell.centre().to_radians(),
+                half_width: bell.half_width().to_radians(),
+                steepness: bell.steepness(),
+            })
         };
         let bells = input.sets().iter().map(bell).collect::<Result<Vec<_>, _>>()?;
         bells.try_into().map_err(|_| LearnError::Count)

@@ -16,7 +16,6 @@ use hinf_control::{FuzzySets, Law};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::figures::sets;
-use crate::controllers::firing;
 use crate::figures::output::{Format, write};
 use crate::options::choice;
 use crate::robot::Robot;
@@ -86,7 +85,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         epochs: arguments.epochs as usize,
         step: arguments.step,
         patience: arguments.patience,
-        firing: firing(&robot.file.controllers, Law::Fuzzy),
+        firing: robot.file.controllers.fuzzy.firing,
     };
     let bar = progress_bar(arguments.epochs);
     let learned = learn(&data, checking.as_ref(), &settings, |epoch| {

@@ -18,7 +18,6 @@ use hinf_control::{Law, Synthesis};
 
 use super::points::{self, Place, Point, PointsError};
 use crate::robot::Robot;
-use crate::robot::control::weights;
 
 /// How far the recorded u may be from u of the law, relative to 1: rounding, many times over.
 const INPUT_TOLERANCE: f64 = 1e-6;
@@ -85,10 +84,10 @@ pub fn samples(runs: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, Sam
 /// # Errors
 /// [`SampleError`].
 pub fn from_points(runs: &[(PathBuf, Vec<Point>)], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
-    if law == Law::ComputedTorque {
+    if robot.file.controllers.state_weights(law).is_none() {
         return Err(SampleError::Law { law });
     }
-    let synthesis = Synthesis::new(&weights(&robot.file.controllers, law))
+    let synthesis = Synthesis::new(&robot.file.controllers.weights(law))
         .map_err(|source| SampleError::Weights { law: law.name(), source })?;
     let mut samples = Vec::new();
     for (file, points) in runs {

@@ -2,14 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use anfis::{Bell, DataSet, Epoch, Firing, InputSets, PremiseSets};
+use anfis::{Bell, BellParameters, DataSet, Epoch, Firing, InputSets, PremiseSets};
 use serde_json::Value;
 
 pub struct Vectors(Value);
 
 impl Vectors {
     pub fn load(name: &str) -> Self {
-        let path = format!("{}/../../tests/vectors/{name}", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/tests/vectors/{name}", env!("CARGO_MANIFEST_DIR"));
         Self(serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap())
     }
 
@@ -23,8 +23,8 @@ impl Vectors {
     pub fn start(&self, data: &DataSet) -> PremiseSets {
         let inputs = list(&self.0["initial_premise"]).iter().enumerate().map(|(input, sets)| {
             let bells = list(sets).iter().map(|set| {
-                let abc = numbers(set);
-                Bell::new(abc[0], abc[1], abc[2]).unwrap()
+                let [half_width, steepness, centre] = numbers(set)[..] else { panic!("{set} is no bell") };
+                Bell::new(BellParameters { half_width, steepness, centre }).unwrap()
             });
             InputSets::new(format!("x{input}"), "1", data.universe(input).unwrap(), bells.collect()).unwrap()
         });

@@ -2,8 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::ThreeLinkDem;
-use crate::Scalar;
+use super::dem::ThreeLinkDem;
+use super::inertial::coriolis_from;
+use crate::scalar::Scalar;
 
 impl<T: Scalar> ThreeLinkDem<T> {
     /// The inertia matrix M(q) of the appendix, in kg·m², symmetric and positive definite; `q` in rad.
@@ -11,41 +12,47 @@ impl<T: Scalar> ThreeLinkDem<T> {
         self.inertial_parameters().mass_matrix(q)
     }
 
-    /// The Coriolis matrix C(q, q̇) by Christoffel symbols, in kg·m²/s; `q` in rad, `rate` in rad/s. Ṁ − 2C is skew.
+    /// The Coriolis matrix C(q, q̇) by Christoffel symbols, in kg·m²/s; `q` in rad, `velocity` in rad/s. Ṁ − 2C is skew.
     /// Its entries stand at [`InertialParameters::coriolis_matrix`](super::InertialParameters::coriolis_matrix).
-    pub fn coriolis_matrix(&self, q: &Vector3<T>, rate: &Vector3<T>) -> Matrix3<T> {
-        self.inertial_parameters().coriolis_matrix(q, rate)
+    pub fn coriolis_matrix(&self, q: &Vector3<T>, velocity: &Vector3<T>) -> Matrix3<T> {
+        self.inertial_parameters().coriolis_matrix(q, velocity)
     }
 
     /// The acceleration q̈ = M⁻¹(f − C q̇) in rad/s² (eq. 2), for `generalised_force` f = [on the base, joint 2,
-    /// joint 3] in N·m, `q` in rad and `rate` in rad/s.
+    /// joint 3] in N·m, `q` in rad and `velocity` in rad/s.
     ///
-    /// M is positive definite for every finite `q`, as [`new`](Self::new) makes sure. Where `q`, `rate` or the force
+    /// M is positive definite for every finite `q`, as [`new`](Self::new) makes sure. Where `q`, `velocity` or the force
     /// is not finite, neither is the result.
-    pub fn forward_dynamics(&self, q: &Vector3<T>, rate: &Vector3<T>, generalised_force: &Vector3<T>) -> Vector3<T> {
+    pub fn forward_dynamics(
+        &self,
+        q: &Vector3<T>,
+        velocity: &Vector3<T>,
+        generalised_force: &Vector3<T>,
+    ) -> Vector3<T> {
         let terms = self.inertial_parameters().coupling_terms(q.y, q.z);
-        let remaining = generalised_force - super::inertial::coriolis_from(&terms, rate) * rate;
+        let remaining = generalised_force - coriolis_from(&terms, velocity) * velocity;
         match self.inertial_parameters().mass_from(&terms).cholesky() {
             Some(factor) => factor.solve(&remaining),
             None => Vector3::repeat(T::constant(f64::NAN)),
         }
     }
 
-    /// The generalised force M q̈ + C q̇ in N·m, [on the base, joint 2, joint 3], that gives `acceleration` (eq. 2).
-    pub fn inverse_dynamics(&self, q: &Vector3<T>, rate: &Vector3<T>, acceleration: &Vector3<T>) -> Vector3<T> {
+    /// The generalised force M q̈ + C q̇ in N·m, [on the base, joint 2, joint 3], that gives `acceleration` q̈ in rad/s²
+    /// (eq. 2); `q` in rad and `velocity` in rad/s.
+    pub fn inverse_dynamics(&self, q: &Vector3<T>, velocity: &Vector3<T>, acceleration: &Vector3<T>) -> Vector3<T> {
         let terms = self.inertial_parameters().coupling_terms(q.y, q.z);
-        self.inertial_parameters().mass_from(&terms) * acceleration
-            + super::inertial::coriolis_from(&terms, rate) * rate
+        self.inertial_parameters().mass_from(&terms) * acceleration + coriolis_from(&terms, velocity) * velocity
     }
 
-    /// The kinetic energy ½ q̇ᵀ M q̇ in J. It is that of the space manipulator in the frame of its centre of mass.
-    pub fn kinetic_energy(&self, q: &Vector3<T>, rate: &Vector3<T>) -> T {
-        T::constant(0.5) * rate.dot(&(self.mass_matrix(q) * rate))
+    /// The kinetic energy ½ q̇ᵀ M q̇ in J; `q` in rad and `velocity` in rad/s. It is that of the space manipulator in the
+    /// frame of its centre of mass.
+    pub fn kinetic_energy(&self, q: &Vector3<T>, velocity: &Vector3<T>) -> T {
+        T::constant(0.5) * velocity.dot(&(self.mass_matrix(q) * velocity))
     }
 
     /// The angular momentum p = M_b* q̇ about joint 1 in kg·m²/s, which is the space manipulator's about its centre of
-    /// mass. Its rate is the torque on the base.
-    pub fn angular_momentum(&self, q: &Vector3<T>, rate: &Vector3<T>) -> T {
-        (self.mass_matrix(q) * rate).x
+    /// mass; `q` in rad and `velocity` in rad/s. Its time derivative is the torque on the base.
+    pub fn angular_momentum(&self, q: &Vector3<T>, velocity: &Vector3<T>) -> T {
+        (self.mass_matrix(q) * velocity).x
     }
 }

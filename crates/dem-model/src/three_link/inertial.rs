@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::Scalar;
-use crate::link::{DemBase, DemLink};
+use crate::dem::{DemBase, DemLink};
+use crate::scalar::Scalar;
 
 /// The least set of numbers that M and C of the three-link DEM depend on; both are linear in them.
 ///
@@ -99,29 +99,29 @@ impl<T: Scalar> InertialParameters<T> {
         self.mass_from(&self.coupling_terms(q.y, q.z))
     }
 
-    /// The Coriolis matrix C(q, q̇) by Christoffel symbols, in kg·m²/s; `q` in rad, `rate` in rad/s. Ṁ − 2C is skew.
+    /// The Coriolis matrix C(q, q̇) by Christoffel symbols, in kg·m²/s; `q` in rad, `velocity` in rad/s. Ṁ − 2C is skew.
     ///
     /// The appendix's own printing of it is lost; with its t_1 … t_4, a = t_1 + t_2 + t_3 and b = t_3 + t_4:
     /// C_11 = −a q̇_2 − b q̇_3, C_12 = −a (q̇_1 + q̇_2) − b q̇_3, C_13 = −b (q̇_1 + q̇_2 + q̇_3),
     /// C_21 = a q̇_1 − t_4 q̇_3, C_22 = −t_4 q̇_3, C_23 = −t_4 (q̇_1 + q̇_2 + q̇_3),
     /// C_31 = b q̇_1 + t_4 q̇_2, C_32 = t_4 (q̇_1 + q̇_2), C_33 = 0.
-    pub fn coriolis_matrix(&self, q: &Vector3<T>, rate: &Vector3<T>) -> Matrix3<T> {
-        coriolis_from(&self.coupling_terms(q.y, q.z), rate)
+    pub fn coriolis_matrix(&self, q: &Vector3<T>, velocity: &Vector3<T>) -> Matrix3<T> {
+        coriolis_from(&self.coupling_terms(q.y, q.z), velocity)
     }
 }
 
-pub(super) fn coriolis_from<T: Scalar>(terms: &CouplingTerms<T>, rate: &Vector3<T>) -> Matrix3<T> {
+pub(super) fn coriolis_from<T: Scalar>(terms: &CouplingTerms<T>, velocity: &Vector3<T>) -> Matrix3<T> {
     let CouplingTerms { a, b, t4, .. } = *terms;
-    let two = rate.x + rate.y;
-    let three = two + rate.z;
+    let two = velocity.x + velocity.y;
+    let three = two + velocity.z;
     Matrix3::new(
-        -a * rate.y - b * rate.z,
-        -a * two - b * rate.z,
+        -a * velocity.y - b * velocity.z,
+        -a * two - b * velocity.z,
         -b * three, //
-        a * rate.x - t4 * rate.z,
-        -t4 * rate.z,
+        a * velocity.x - t4 * velocity.z,
+        -t4 * velocity.z,
         -t4 * three, //
-        b * rate.x + t4 * rate.y,
+        b * velocity.x + t4 * velocity.y,
         t4 * two,
         T::zero(),
     )

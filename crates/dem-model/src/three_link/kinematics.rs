@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
-use super::ThreeLinkDem;
-use crate::Scalar;
+use super::dem::ThreeLinkDem;
+use crate::scalar::Scalar;
 
 /// Position and orientation in the plane, in the fixed frame: joint 1 is its origin, and q = 0 stretches the arm
 /// along +x.
@@ -34,13 +34,15 @@ impl<T: Scalar> ThreeLinkDem<T> {
         Pose { position: joint_3 + third * third_link.length, orientation: q.x + q.y + q.z }
     }
 
-    /// The Jacobian of the end effector's position, in m: velocity = J q̇. The row for its orientation is all ones.
+    /// The Jacobian of the end effector's position, in m: the end effector's velocity is J q̇; `q` in rad.
+    /// The row for its orientation is all ones.
     pub fn end_effector_jacobian(&self, q: &Vector3<T>) -> Matrix2x3<T> {
         let [_, third] = self.links();
         self.third_link_point_jacobian(q, third.length)
     }
 
-    /// The centres of mass of the links 2 and 3 in the fixed frame, in m. The base's lies in joint 1 (l_c1 = 0).
+    /// The centres of mass of the links 2 and 3 in the fixed frame, in m; `q` in rad. The base's lies in
+    /// joint 1 (l_c1 = 0).
     pub fn centres_of_mass(&self, q: &Vector3<T>) -> [Vector2<T>; 2] {
         let [_, joint_2, joint_3] = self.joint_positions(q);
         let [_, second, third] = link_directions(q);
@@ -48,8 +50,10 @@ impl<T: Scalar> ThreeLinkDem<T> {
         [joint_2 + second * second_link.centre_of_mass, joint_3 + third * third_link.centre_of_mass]
     }
 
-    /// The Jacobians of the centres of mass of the links 2 and 3, in m. A force f_i in N at centre of mass i is the
-    /// generalised force J_iᵀ f_i; a uniform in-plane acceleration g acts as f_i = m_i g.
+    /// The Jacobians of the centres of mass of the links 2 and 3 in the fixed frame, in m; `q` in rad.
+    ///
+    /// A force f_i in N at centre of mass i is the generalised force J_iᵀ f_i; a uniform in-plane acceleration g acts as
+    /// f_i = m_i g.
     pub fn centre_of_mass_jacobians(&self, q: &Vector3<T>) -> [Matrix2x3<T>; 2] {
         let [base, second, _] = link_directions(q).map(|direction| quarter_turn(&direction));
         let [second_link, third_link] = self.links();

@@ -2,16 +2,17 @@
 
 use nalgebra::{Matrix2, Matrix3, RowVector2, Vector2, Vector3};
 
+use super::dem::ThreeLinkDem;
 use super::inertial::CouplingTerms;
-use super::{InertialParameters, ThreeLinkDem};
-use crate::Scalar;
+use super::inertial::InertialParameters;
+use crate::scalar::Scalar;
 
 /// M and C cut into base (b) and active joints (m), eq. 3:
 ///
 /// M_bb q̈_b + M_bm q̈_m + C_bb q̇_b + C_bm q̇_m = τ_b, M_mb q̈_b + M_mm q̈_m + C_mb q̇_b + C_mm q̇_m = τ_m.
 ///
 /// C_mm depends on q_m and q̇_m alone, as the paper's laws need it (F = ΞΦ holds only then): it is the Christoffel block
-/// at base rate zero. What that leaves out stands in C_mb, so that the sums above are those of the full C.
+/// at base velocity zero. What that leaves out stands in C_mb, so that the sums above are those of the full C.
 /// N_mm = Ṁ_mm − 2C_mm is skew.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Partition<T> {
@@ -29,7 +30,7 @@ pub struct Partition<T> {
     pub coriolis_bm: RowVector2<T>,
     /// C_mb in kg·m²/s, with what C_mm leaves out: [a q̇_1 − 2 t_4 q̇_3; b q̇_1 + 2 t_4 q̇_2].
     pub coriolis_mb: Vector2<T>,
-    /// C_mm in kg·m²/s at base rate zero.
+    /// C_mm in kg·m²/s at base velocity zero.
     pub coriolis_mm: Matrix2<T>,
 }
 
@@ -44,73 +45,76 @@ pub struct EliminatedBase<T> {
 }
 
 impl<T: Scalar> Partition<T> {
-    fn from_parts(mass: &Matrix3<T>, terms: &CouplingTerms<T>, rate: &Vector3<T>) -> Self {
+    fn from_parts(mass: &Matrix3<T>, terms: &CouplingTerms<T>, velocity: &Vector3<T>) -> Self {
         let CouplingTerms { a, b, t4, .. } = *terms;
-        let arm_rates = rate.y + rate.z;
+        let arm_velocity = velocity.y + velocity.z;
         let twice_t4 = t4 + t4;
         Self {
             mass_bb: mass.m11,
             mass_bm: RowVector2::new(mass.m12, mass.m13),
             mass_mb: Vector2::new(mass.m21, mass.m31),
             mass_mm: Matrix2::new(mass.m22, mass.m23, mass.m32, mass.m33),
-            coriolis_bb: -a * rate.y - b * rate.z,
-            coriolis_bm: RowVector2::new(-a * (rate.x + rate.y) - b * rate.z, -b * (rate.x + arm_rates)),
-            coriolis_mb: Vector2::new(a * rate.x - twice_t4 * rate.z, b * rate.x + twice_t4 * rate.y),
-            coriolis_mm: Matrix2::new(-t4 * rate.z, -t4 * arm_rates, t4 * rate.y, T::zero()),
+            coriolis_bb: -a * velocity.y - b * velocity.z,
+            coriolis_bm: RowVector2::new(
+                -a * (velocity.x + velocity.y) - b * velocity.z,
+                -b * (velocity.x + arm_velocity),
+            ),
+            coriolis_mb: Vector2::new(a * velocity.x - twice_t4 * velocity.z, b * velocity.x + twice_t4 * velocity.y),
+            coriolis_mm: Matrix2::new(-t4 * velocity.z, -t4 * arm_velocity, t4 * velocity.y, T::zero()),
         }
     }
 
     /// F = M_mm x_1 + C_mm x_2 in N·m (eq. 7): the torques that the arm's own inertia takes for the reference
-    /// acceleration `x1` in rad/s² and the reference rate `x2` in rad/s.
+    /// acceleration `x1` in rad/s² and the reference velocity `x2` in rad/s.
     pub fn arm_torque(&self, x1: &Vector2<T>, x2: &Vector2<T>) -> Vector2<T> {
         self.mass_mm * x1 + self.coriolis_mm * x2
     }
 
     /// E = M_mb q̈_b + C_mb q̇_b in N·m (eq. 7): the torques that the motion of the base asks of the arm;
-    /// `base_acceleration` in rad/s², `base_rate` in rad/s.
-    pub fn base_reaction(&self, base_acceleration: T, base_rate: T) -> Vector2<T> {
-        self.mass_mb * base_acceleration + self.coriolis_mb * base_rate
+    /// `base_acceleration` in rad/s², `base_velocity` in rad/s.
+    pub fn base_reaction(&self, base_acceleration: T, base_velocity: T) -> Vector2<T> {
+        self.mass_mb * base_acceleration + self.coriolis_mb * base_velocity
     }
 
-    /// M̄ and h̄ of eq. 21, for rates in rad/s. Where M_bb is zero, as estimated parameters can make it, they are not
+    /// M̄ and h̄ of eq. 21, for velocities in rad/s. Where M_bb is zero, as estimated parameters can make it, they are not
     /// finite.
-    pub fn eliminate_base(&self, base_rate: T, joint_rate: &Vector2<T>) -> EliminatedBase<T> {
+    pub fn eliminate_base(&self, base_velocity: T, joint_velocity: &Vector2<T>) -> EliminatedBase<T> {
         let per_base = self.mass_mb / self.mass_bb;
         EliminatedBase {
             mass: self.mass_mm - per_base * self.mass_bm,
-            bias: (self.coriolis_mb - per_base * self.coriolis_bb) * base_rate
-                + (self.coriolis_mm - per_base * self.coriolis_bm) * joint_rate,
+            bias: (self.coriolis_mb - per_base * self.coriolis_bb) * base_velocity
+                + (self.coriolis_mm - per_base * self.coriolis_bm) * joint_velocity,
         }
     }
 
     /// The joint torque τ = M̄ q̈_m + h̄ in N·m with q̈_m = M_mm⁻¹(τ̄ − C_mm q̇_m) (eqs. 20 and 21), which puts the base's
-    /// effect on to the torque τ̄ = `arm_torque` in N·m of a law that knows the arm only; rates in rad/s.
+    /// effect on to the torque τ̄ = `arm_torque` in N·m of a law that knows the arm only; velocities in rad/s.
     ///
     /// `None` where M_mm or M_bb is singular or something is not finite. That cannot happen to a [`ThreeLinkDem`] in
     /// a finite state, but to estimated parameters.
     pub fn base_compensated_torque(
         &self,
         arm_torque: &Vector2<T>,
-        base_rate: T,
-        joint_rate: &Vector2<T>,
+        base_velocity: T,
+        joint_velocity: &Vector2<T>,
     ) -> Option<Vector2<T>> {
-        let acceleration = self.mass_mm.lu().solve(&(arm_torque - self.coriolis_mm * joint_rate))?;
-        let EliminatedBase { mass, bias } = self.eliminate_base(base_rate, joint_rate);
+        let acceleration = self.mass_mm.lu().solve(&(arm_torque - self.coriolis_mm * joint_velocity))?;
+        let EliminatedBase { mass, bias } = self.eliminate_base(base_velocity, joint_velocity);
         let torque = mass * acceleration + bias;
         (torque.x.is_finite() && torque.y.is_finite()).then_some(torque)
     }
 }
 
 impl<T: Scalar> InertialParameters<T> {
-    /// M and C cut into base and active joints (eq. 3); `q` in rad, `rate` in rad/s.
-    pub fn partition(&self, q: &Vector3<T>, rate: &Vector3<T>) -> Partition<T> {
+    /// M and C cut into base and active joints (eq. 3); `q` in rad, `velocity` in rad/s.
+    pub fn partition(&self, q: &Vector3<T>, velocity: &Vector3<T>) -> Partition<T> {
         let terms = self.coupling_terms(q.y, q.z);
-        Partition::from_parts(&self.mass_from(&terms), &terms, rate)
+        Partition::from_parts(&self.mass_from(&terms), &terms, velocity)
     }
 }
 
 impl<T: Scalar> ThreeLinkDem<T> {
-    /// M and C cut into base and active joints (eq. 3); `q` in rad, `rate` in rad/s.
+    /// M and C cut into base and active joints (eq. 3); `q` in rad, `velocity` in rad/s.
     ///
     /// ```
     /// use dem_model::ThreeLinkDem;
@@ -121,7 +125,7 @@ impl<T: Scalar> ThreeLinkDem<T> {
     /// let torque = parts.arm_torque(&Vector2::new(0.5, 0.3), &Vector2::zeros());
     /// assert!(torque.x > torque.y);
     /// ```
-    pub fn partition(&self, q: &Vector3<T>, rate: &Vector3<T>) -> Partition<T> {
-        self.inertial_parameters().partition(q, rate)
+    pub fn partition(&self, q: &Vector3<T>, velocity: &Vector3<T>) -> Partition<T> {
+        self.inertial_parameters().partition(q, velocity)
     }
 }

@@ -6,13 +6,14 @@
 //! M̄ q̈_m + C̄ q̇_m + p G q̇_m + p² g = τ_m − Aᵀ τ_b
 //!
 //! where C̄ is the Christoffel matrix of M̄ itself (M̄̇ − 2C̄ is skew) and G is skew. For p = 0 no base data is needed.
-//! This goes beyond the paper, whose eqs. 20 and 21 eliminate the base acceleration but keep the base rate.
+//! This goes beyond the paper, whose eqs. 20 and 21 eliminate the base acceleration but keep the base velocity.
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, RowVector2, Vector2, Vector3};
 
+use super::dem::ThreeLinkDem;
+use super::inertial::InertialParameters;
 use super::inertial::{CouplingTerms, coriolis_from};
-use super::{InertialParameters, ThreeLinkDem};
-use crate::Scalar;
+use crate::scalar::Scalar;
 
 /// The matrices of the arm's reduced dynamics in one state:
 /// M̄ q̈_m + C̄ q̇_m + p G q̇_m + p² g = τ_m − Aᵀ τ_b, with p the angular momentum in kg·m²/s.
@@ -49,13 +50,13 @@ impl<T: Scalar> ReducedDynamics<T> {
         self.mass * x1 + self.coriolis_with_momentum(momentum) * x2 + self.momentum_torque(momentum)
     }
 
-    /// The base rate (p − M_bm q̇_m) / M_bb in rad/s that belongs to the angular `momentum` p.
-    pub fn base_rate(&self, joint_rate: &Vector2<T>, momentum: T) -> T {
-        momentum / self.mass_bb - (self.base_coupling * joint_rate).x
+    /// The base velocity (p − M_bm q̇_m) / M_bb in rad/s that belongs to the angular `momentum` p.
+    pub fn base_velocity(&self, joint_velocity: &Vector2<T>, momentum: T) -> T {
+        momentum / self.mass_bb - (self.base_coupling * joint_velocity).x
     }
 }
 
-/// Nᵀ C N with N = [−A; I], where C is the full Coriolis matrix at a base rate that the reduction prescribes.
+/// Nᵀ C N with N = [−A; I], where C is the full Coriolis matrix at a base velocity that the reduction prescribes.
 fn project<T: Scalar>(coriolis: &Matrix3<T>, coupling: &RowVector2<T>) -> Matrix2<T> {
     let one = T::one();
     let zero = T::zero();
@@ -89,7 +90,7 @@ impl<T: Scalar> InertialParameters<T> {
 }
 
 impl<T: Scalar> ThreeLinkDem<T> {
-    /// The arm's reduced dynamics; `q` in rad, of which the base's angle has no effect, `joint_rate` = [q̇_2, q̇_3] in
+    /// The arm's reduced dynamics; `q` in rad, of which the base's angle has no effect, `joint_velocity` = [q̇_2, q̇_3] in
     /// rad/s.
     ///
     /// ```
@@ -97,16 +98,16 @@ impl<T: Scalar> ThreeLinkDem<T> {
     /// use nalgebra::{Vector2, Vector3};
     ///
     /// let dem = ThreeLinkDem::<f64>::table_2();
-    /// let (q, joint_rate) = (Vector3::new(0.0, 0.35, 0.5), Vector2::new(0.4, 0.2));
-    /// let reduced = dem.reduced(&q, &joint_rate);
+    /// let (q, joint_velocity) = (Vector3::new(0.0, 0.35, 0.5), Vector2::new(0.4, 0.2));
+    /// let reduced = dem.reduced(&q, &joint_velocity);
     /// // A base without momentum turns against the arm.
-    /// let rate = Vector3::new(reduced.base_rate(&joint_rate, 0.0), joint_rate.x, joint_rate.y);
-    /// assert!(rate.x < 0.0 && dem.angular_momentum(&q, &rate).abs() < 1e-15);
+    /// let velocity = Vector3::new(reduced.base_velocity(&joint_velocity, 0.0), joint_velocity.x, joint_velocity.y);
+    /// assert!(velocity.x < 0.0 && dem.angular_momentum(&q, &velocity).abs() < 1e-15);
     /// ```
-    pub fn reduced(&self, q: &Vector3<T>, joint_rate: &Vector2<T>) -> ReducedDynamics<T> {
+    pub fn reduced(&self, q: &Vector3<T>, joint_velocity: &Vector2<T>) -> ReducedDynamics<T> {
         let ReducedInertia { mass, coupling, mass_bb, terms } = self.inertial_parameters().reduced_inertia(q);
-        let base_rate = -(coupling * joint_rate).x;
-        let coriolis = coriolis_from(&terms, &Vector3::new(base_rate, joint_rate.x, joint_rate.y));
+        let base_velocity = -(coupling * joint_velocity).x;
+        let coriolis = coriolis_from(&terms, &Vector3::new(base_velocity, joint_velocity.x, joint_velocity.y));
         let CouplingTerms { a, b, t4, .. } = terms;
         let half = (b * coupling.x - a * coupling.y - t4) / mass_bb;
         let gyroscopic = half + half;
@@ -120,13 +121,13 @@ impl<T: Scalar> ThreeLinkDem<T> {
         }
     }
 
-    /// C̄ + p G in kg·m²/s at once: the full C taken at the base rate −A q̇_m + 2 p / M_bb, reduced. Independent of G as
+    /// C̄ + p G in kg·m²/s at once: the full C taken at the base velocity −A q̇_m + 2 p / M_bb, reduced. Independent of G as
     /// [`reduced`](Self::reduced) computes it; arguments as there, `momentum` p in kg·m²/s.
-    pub fn reduced_coriolis(&self, q: &Vector3<T>, joint_rate: &Vector2<T>, momentum: T) -> Matrix2<T> {
+    pub fn reduced_coriolis(&self, q: &Vector3<T>, joint_velocity: &Vector2<T>, momentum: T) -> Matrix2<T> {
         let ReducedInertia { coupling, mass_bb, terms, .. } = self.inertial_parameters().reduced_inertia(q);
-        let momentum_rate = momentum / mass_bb;
-        let base_rate = momentum_rate + momentum_rate - (coupling * joint_rate).x;
-        let coriolis = coriolis_from(&terms, &Vector3::new(base_rate, joint_rate.x, joint_rate.y));
+        let momentum_velocity = momentum / mass_bb;
+        let base_velocity = momentum_velocity + momentum_velocity - (coupling * joint_velocity).x;
+        let coriolis = coriolis_from(&terms, &Vector3::new(base_velocity, joint_velocity.x, joint_velocity.y));
         project(&coriolis, &coupling)
     }
 }

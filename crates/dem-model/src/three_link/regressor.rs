@@ -2,16 +2,17 @@
 
 use nalgebra::{Matrix2x6, SMatrix, SVector, Vector2, Vector6};
 
-use super::{InertialParameters, ThreeLinkDem};
-use crate::Scalar;
+use super::dem::ThreeLinkDem;
+use super::inertial::InertialParameters;
+use crate::scalar::Scalar;
 
 /// How many parameters Φ has.
 pub const REGRESSOR_PARAMETERS: usize = 6;
 
 /// The regressor Ξ with ΞΦ = M_mm x_1 + C_mm x_2 for every Φ, as printed in section 4 of the paper.
 ///
-/// `q3` is joint 3's angle in rad, `joint_rate` = [q̇_2, q̇_3] in rad/s, `x1` = q̈ᵈ − Λ q̃̇ the reference acceleration in
-/// rad/s² and `x2` = q̇ᵈ − Λ q̃ the reference rate in rad/s. Φ stands at
+/// `q3` is joint 3's angle in rad, `joint_velocity` = [q̇_2, q̇_3] in rad/s, `x1` = q̈ᵈ − Λ q̃̇ the reference acceleration in
+/// rad/s² and `x2` = q̇ᵈ − Λ q̃ the reference velocity in rad/s. Φ stands at
 /// [`ThreeLinkDem::regressor_parameters`].
 ///
 /// ```
@@ -19,21 +20,21 @@ pub const REGRESSOR_PARAMETERS: usize = 6;
 /// use nalgebra::{Vector2, Vector3};
 ///
 /// let dem = ThreeLinkDem::<f64>::table_2();
-/// let (q, rate) = (Vector3::new(0.0, 0.35, 0.5), Vector3::new(0.0, 0.4, 0.2));
+/// let (q, velocity) = (Vector3::new(0.0, 0.35, 0.5), Vector3::new(0.0, 0.4, 0.2));
 /// let (x1, x2) = (Vector2::new(0.5, 0.3), Vector2::new(0.1, 0.2));
-/// let linear = regressor(q.z, &Vector2::new(rate.y, rate.z), &x1, &x2) * dem.regressor_parameters();
-/// assert!((linear - dem.partition(&q, &rate).arm_torque(&x1, &x2)).norm() < 1e-15);
+/// let linear = regressor(q.z, &Vector2::new(velocity.y, velocity.z), &x1, &x2) * dem.regressor_parameters();
+/// assert!((linear - dem.partition(&q, &velocity).arm_torque(&x1, &x2)).norm() < 1e-15);
 /// ```
 pub fn regressor<T: Scalar>(
     q3: T,
-    joint_rate: &Vector2<T>,
+    joint_velocity: &Vector2<T>,
     x1: &Vector2<T>,
     x2: &Vector2<T>,
 ) -> SMatrix<T, 2, REGRESSOR_PARAMETERS> {
     let (sin, cos) = q3.sin_cos();
     let both = x1.x + x1.y;
-    let x13 = (both + x1.x) * cos - (x2.x * joint_rate.y + x2.y * (joint_rate.x + joint_rate.y)) * sin;
-    let x23 = x1.x * cos + x2.x * joint_rate.x * sin;
+    let x13 = (both + x1.x) * cos - (x2.x * joint_velocity.y + x2.y * (joint_velocity.x + joint_velocity.y)) * sin;
+    let x23 = x1.x * cos + x2.x * joint_velocity.x * sin;
     let zero = T::zero();
     Matrix2x6::new(
         x1.x, both, x1.x, both, x1.x, x13, //

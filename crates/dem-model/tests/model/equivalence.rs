@@ -2,8 +2,7 @@
 //! kinetic energy in every state, hence the same equations of motion, and the same end effector.
 
 use crate::common::random::{angles, signals, space_manipulator};
-use dem_model::planar::PlanarSpaceManipulator;
-use dem_model::spatial::{self, SpatialSpaceManipulator};
+use dem_model::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody, SpatialSpaceManipulator};
 use nalgebra::{Matrix3, Rotation3, SVector, Vector2, Vector3, Vector4};
 use proptest::prelude::*;
 
@@ -21,8 +20,8 @@ struct Planar {
 }
 
 impl Planar {
-    fn new<const LINKS: usize>(space: &PlanarSpaceManipulator<f64, LINKS>, q: &[f64], rate: &[f64]) -> Self {
-        let (mut angle, mut turning) = (q[0], rate[0]);
+    fn new<const LINKS: usize>(space: &PlanarSpaceManipulator<f64, LINKS>, q: &[f64], velocity: &[f64]) -> Self {
+        let (mut angle, mut turning) = (q[0], velocity[0]);
         let along = |length: f64, angle: f64| Vector2::new(angle.cos(), angle.sin()) * length;
         let moved =
             |length: f64, angle: f64, turning: f64| Vector2::new(-angle.sin(), angle.cos()) * (length * turning);
@@ -34,7 +33,7 @@ impl Planar {
         let mut turning_energy = 0.5 * first.inertia * turning * turning;
         for (index, link) in space.links().iter().enumerate() {
             angle += q[index + 1];
-            turning += rate[index + 1];
+            turning += velocity[index + 1];
             let length = link.joint_to_centre_of_mass + link.centre_of_mass_to_joint;
             masses.push(link.mass);
             centres.push(joint + along(link.joint_to_centre_of_mass, angle));
@@ -108,12 +107,12 @@ prop_compose! {
             let rotation = Rotation3::new(turns[index]).into_inner();
             rotation * Matrix3::from_diagonal(&Vector3::from(principal)) * rotation.transpose()
         };
-        let spacecraft = spatial::SpacecraftBody {
+        let spacecraft = SpacecraftBody {
             mass: masses[0],
             inertia: inertia(0),
             centre_of_mass_to_joint: distances[0],
         };
-        let link = |index: usize| spatial::SpaceLink {
+        let link = |index: usize| SpaceLink {
             mass: masses[index],
             inertia: inertia(index),
             joint_to_centre_of_mass: distances[2 * index - 1],
@@ -129,11 +128,11 @@ fn motion() -> impl Strategy<Value = Motion> {
 
 proptest! {
     #[test]
-    fn planar_kinetic_energies_are_equal(space in space_manipulator(), q in angles::<4>(), rate in signals::<4>()) {
+    fn planar_kinetic_energies_are_equal(space in space_manipulator(), q in angles::<4>(), velocity in signals::<4>()) {
         let dem = space.dynamically_equivalent();
-        let dem_energy = 0.5 * rate.dot(&(dem.mass_matrix(&q) * rate));
-        let space_energy = Planar::new(&space, q.as_slice(), rate.as_slice()).kinetic_energy();
-        let scale = dem.mass_matrix(&Vector4::zeros()).trace() * rate.norm_squared();
+        let dem_energy = 0.5 * velocity.dot(&(dem.mass_matrix(&q) * velocity));
+        let space_energy = Planar::new(&space, q.as_slice(), velocity.as_slice()).kinetic_energy();
+        let scale = dem.mass_matrix(&Vector4::zeros()).trace() * velocity.norm_squared();
         prop_assert!((dem_energy - space_energy).abs() <= ROUNDING * scale, "{dem_energy} is not {space_energy}");
     }
 

@@ -59,76 +59,76 @@ proptest! {
     }
 
     #[test]
-    fn mass_rate_less_twice_coriolis_is_skew(dem in three_link_dem(), q in angles::<3>(), rate in signals::<3>()) {
-        let mass_rate = slope(|time| dem.mass_matrix(&(q + rate * time)));
-        let scale = torque_scale(&dem, &[&rate]);
-        require_skew("Ṁ − 2C", &(mass_rate - dem.coriolis_matrix(&q, &rate) * 2.0), scale)?;
-        let parts_at = |time: f64| dem.partition(&(q + rate * time), &rate);
-        let arm_mass_rate: Matrix2<f64> = slope(|time| parts_at(time).mass_mm);
-        require_skew("N_mm", &(arm_mass_rate - parts_at(0.0).coriolis_mm * 2.0), scale)?;
+    fn mass_derivative_less_twice_coriolis_is_skew(dem in three_link_dem(), q in angles::<3>(), velocity in signals::<3>()) {
+        let mass_derivative = slope(|time| dem.mass_matrix(&(q + velocity * time)));
+        let scale = torque_scale(&dem, &[&velocity]);
+        require_skew("Ṁ − 2C", &(mass_derivative - dem.coriolis_matrix(&q, &velocity) * 2.0), scale)?;
+        let parts_at = |time: f64| dem.partition(&(q + velocity * time), &velocity);
+        let arm_mass_derivative: Matrix2<f64> = slope(|time| parts_at(time).mass_mm);
+        require_skew("N_mm", &(arm_mass_derivative - parts_at(0.0).coriolis_mm * 2.0), scale)?;
     }
 
     #[test]
-    fn partition_sums_to_the_whole(dem in three_link_dem(), q in angles::<3>(), rate in signals::<3>()) {
-        let parts = dem.partition(&q, &rate);
+    fn partition_sums_to_the_whole(dem in three_link_dem(), q in angles::<3>(), velocity in signals::<3>()) {
+        let parts = dem.partition(&q, &velocity);
         prop_assert_eq!(full_mass(&parts), dem.mass_matrix(&q));
-        let whole = dem.inverse_dynamics(&q, &rate, &Vector3::zeros());
-        let base = parts.coriolis_bb * rate.x + (parts.coriolis_bm * joints(&rate)).x;
-        let arm = parts.base_reaction(0.0, rate.x) + parts.arm_torque(&Vector2::zeros(), &joints(&rate));
+        let whole = dem.inverse_dynamics(&q, &velocity, &Vector3::zeros());
+        let base = parts.coriolis_bb * velocity.x + (parts.coriolis_bm * joints(&velocity)).x;
+        let arm = parts.base_reaction(0.0, velocity.x) + parts.arm_torque(&Vector2::zeros(), &joints(&velocity));
         let sum = Vector3::new(base, arm.x, arm.y);
-        prop_assert!((sum - whole).amax() <= ROUNDING * torque_scale(&dem, &[&rate]), "{sum} is not {whole}");
+        prop_assert!((sum - whole).amax() <= ROUNDING * torque_scale(&dem, &[&velocity]), "{sum} is not {whole}");
     }
 
     #[test]
-    fn arm_coriolis_does_not_know_the_base_rate(
-        dem in three_link_dem(), q in angles::<3>(), rate in signals::<3>(), base_rate in -3.0..3.0,
+    fn arm_coriolis_does_not_know_the_base_velocity(
+        dem in three_link_dem(), q in angles::<3>(), velocity in signals::<3>(), base_velocity in -3.0..3.0,
     ) {
-        let other = Vector3::new(base_rate, rate.y, rate.z);
-        prop_assert_eq!(dem.partition(&q, &rate).coriolis_mm, dem.partition(&q, &other).coriolis_mm);
+        let other = Vector3::new(base_velocity, velocity.y, velocity.z);
+        prop_assert_eq!(dem.partition(&q, &velocity).coriolis_mm, dem.partition(&q, &other).coriolis_mm);
     }
 
     #[test]
     fn forward_and_inverse_dynamics_undo_each_other(
-        dem in three_link_dem(), q in angles::<3>(), rate in signals::<3>(), force in signals::<3>(),
+        dem in three_link_dem(), q in angles::<3>(), velocity in signals::<3>(), force in signals::<3>(),
     ) {
-        let acceleration = dem.forward_dynamics(&q, &rate, &force);
-        let back = dem.inverse_dynamics(&q, &rate, &acceleration);
-        let scale = torque_scale(&dem, &[&rate]).max(10.0 * dem.mass_matrix(&q).amax() * acceleration.amax());
+        let acceleration = dem.forward_dynamics(&q, &velocity, &force);
+        let back = dem.inverse_dynamics(&q, &velocity, &acceleration);
+        let scale = torque_scale(&dem, &[&velocity]).max(10.0 * dem.mass_matrix(&q).amax() * acceleration.amax());
         prop_assert!((back - force).amax() <= ROUNDING * scale, "{back} is not {force}");
     }
 
     /// dT/dt = q̇ᵀ f and dp/dt = f_1 along the motion; without torque on the base the angular momentum stays.
     #[test]
     fn energy_and_angular_momentum_balance(
-        dem in three_link_dem(), q in angles::<3>(), rate in signals::<3>(), acceleration in signals::<3>(),
+        dem in three_link_dem(), q in angles::<3>(), velocity in signals::<3>(), acceleration in signals::<3>(),
     ) {
-        let force = dem.inverse_dynamics(&q, &rate, &acceleration);
-        let at = |time: f64| (q + rate * time + acceleration * (0.5 * time * time), rate + acceleration * time);
+        let force = dem.inverse_dynamics(&q, &velocity, &acceleration);
+        let at = |time: f64| (q + velocity * time + acceleration * (0.5 * time * time), velocity + acceleration * time);
         let change: Vector2<f64> = slope(|time| {
-            let (q, rate) = at(time);
-            Vector2::new(dem.kinetic_energy(&q, &rate), dem.angular_momentum(&q, &rate))
+            let (q, velocity) = at(time);
+            Vector2::new(dem.kinetic_energy(&q, &velocity), dem.angular_momentum(&q, &velocity))
         });
-        let expected = Vector2::new(rate.dot(&force), force.x);
-        let scale = torque_scale(&dem, &[&rate, &acceleration]) * rate.amax().max(1.0);
+        let expected = Vector2::new(velocity.dot(&force), force.x);
+        let scale = torque_scale(&dem, &[&velocity, &acceleration]) * velocity.amax().max(1.0);
         prop_assert!((change - expected).amax() <= DIFFERENCE * scale, "{change} is not {expected}");
 
-        let free = dem.forward_dynamics(&q, &rate, &Vector3::new(0.0, force.y, force.z));
-        let torque_on_base = dem.inverse_dynamics(&q, &rate, &free).x;
+        let free = dem.forward_dynamics(&q, &velocity, &Vector3::new(0.0, force.y, force.z));
+        let torque_on_base = dem.inverse_dynamics(&q, &velocity, &free).x;
         let scale = scale.max(10.0 * dem.mass_matrix(&q).amax() * free.amax());
         prop_assert!(torque_on_base.abs() <= ROUNDING * scale, "momentum changes by {torque_on_base:e} N m");
     }
 
     #[test]
     fn regressor_is_linear_in_any_parameters(
-        dem in three_link_dem(), q in angles::<3>(), rate in signals::<3>(),
+        dem in three_link_dem(), q in angles::<3>(), velocity in signals::<3>(),
         x1 in signals::<2>(), x2 in signals::<2>(), estimate in signals::<REGRESSOR_PARAMETERS>(),
     ) {
-        let matrix = regressor(q.z, &joints(&rate), &x1, &x2);
+        let matrix = regressor(q.z, &joints(&velocity), &x1, &x2);
         let nominal = matrix * dem.regressor_parameters();
-        let expected = dem.partition(&q, &rate).arm_torque(&x1, &x2);
-        prop_assert!((nominal - expected).amax() <= ROUNDING * torque_scale(&dem, &[&rate]).max(100.0), "{nominal}{expected}");
+        let expected = dem.partition(&q, &velocity).arm_torque(&x1, &x2);
+        prop_assert!((nominal - expected).amax() <= ROUNDING * torque_scale(&dem, &[&velocity]).max(100.0), "{nominal}{expected}");
 
-        let estimated = dem.with_regressor_parameters(&estimate).partition(&q, &rate).arm_torque(&x1, &x2);
+        let estimated = dem.with_regressor_parameters(&estimate).partition(&q, &velocity).arm_torque(&x1, &x2);
         let scale = 100.0 * estimate.amax().max(1.0);
         prop_assert!((matrix * estimate - estimated).amax() <= ROUNDING * scale, "ΞΦ is not {estimated}");
     }
@@ -144,16 +144,16 @@ proptest! {
     /// Eqs. 20 and 21 undo the base: the whole manipulator answers the compensated torque as the arm alone would τ̄.
     #[test]
     fn base_compensation_makes_the_arm_answer_as_if_alone(
-        dem in three_link_dem(), q in angles::<3>(), rate in signals::<3>(), arm_torque in signals::<2>(),
+        dem in three_link_dem(), q in angles::<3>(), velocity in signals::<3>(), arm_torque in signals::<2>(),
     ) {
-        let parts = dem.partition(&q, &rate);
-        let torque = parts.base_compensated_torque(&arm_torque, rate.x, &joints(&rate)).unwrap();
-        let acceleration = joints(&dem.forward_dynamics(&q, &rate, &Vector3::new(0.0, torque.x, torque.y)));
-        let wanted = parts.mass_mm.try_inverse().unwrap() * (arm_torque - parts.coriolis_mm * joints(&rate));
+        let parts = dem.partition(&q, &velocity);
+        let torque = parts.base_compensated_torque(&arm_torque, velocity.x, &joints(&velocity)).unwrap();
+        let acceleration = joints(&dem.forward_dynamics(&q, &velocity, &Vector3::new(0.0, torque.x, torque.y)));
+        let wanted = parts.mass_mm.try_inverse().unwrap() * (arm_torque - parts.coriolis_mm * joints(&velocity));
         // Two solves with M, one of them with its Schur complement: both lose M's condition number.
         let eigenvalues = dem.mass_matrix(&q).symmetric_eigenvalues();
         let tolerance = ROUNDING * (eigenvalues.max() / eigenvalues.min()) * wanted.amax().max(1.0)
-            * (1.0 + torque_scale(&dem, &[&rate]));
+            * (1.0 + torque_scale(&dem, &[&velocity]));
         prop_assert!((acceleration - wanted).amax() <= tolerance, "{acceleration} is not {wanted}");
     }
 }

@@ -1,7 +1,7 @@
 //! f32 computes what f64 does, to f32's accuracy.
 
 use crate::common::random::{angles, signals};
-use dem_model::planar::PlanarSpaceManipulator;
+use dem_model::PlanarSpaceManipulator;
 use dem_model::{ThreeLinkDem, regressor};
 use nalgebra::{SMatrix, Vector2, Vector3};
 use proptest::prelude::*;
@@ -25,21 +25,21 @@ fn require_close<const ROWS: usize, const COLUMNS: usize>(
 proptest! {
     #[test]
     fn single_precision_agrees(
-        q in angles::<3>(), rate in signals::<3>(), force in signals::<3>(), x1 in signals::<2>(), x2 in signals::<2>(),
+        q in angles::<3>(), velocity in signals::<3>(), force in signals::<3>(), x1 in signals::<2>(), x2 in signals::<2>(),
     ) {
         let (single, double) = (ThreeLinkDem::<f32>::table_2(), ThreeLinkDem::<f64>::table_2());
-        let (q32, rate32, force32) = (q.cast::<f32>(), rate.cast::<f32>(), force.cast::<f32>());
-        let (joint_rate, joint_rate32) = (Vector2::new(rate.y, rate.z), Vector2::new(rate32.y, rate32.z));
+        let (q32, velocity32, force32) = (q.cast::<f32>(), velocity.cast::<f32>(), force.cast::<f32>());
+        let (joint_velocity, joint_velocity32) = (Vector2::new(velocity.y, velocity.z), Vector2::new(velocity32.y, velocity32.z));
 
         require_close("M", &single.mass_matrix(&q32), &double.mass_matrix(&q), SUMS)?;
-        require_close("C", &single.coriolis_matrix(&q32, &rate32), &double.coriolis_matrix(&q, &rate), SUMS)?;
-        let acceleration = double.forward_dynamics(&q, &rate, &force);
+        require_close("C", &single.coriolis_matrix(&q32, &velocity32), &double.coriolis_matrix(&q, &velocity), SUMS)?;
+        let acceleration = double.forward_dynamics(&q, &velocity, &force);
         let tolerance = SOLVE * acceleration.amax().max(1.0);
-        require_close("q̈", &single.forward_dynamics(&q32, &rate32, &force32), &acceleration, tolerance)?;
-        let matrix = regressor(q.z, &joint_rate, &x1, &x2);
+        require_close("q̈", &single.forward_dynamics(&q32, &velocity32, &force32), &acceleration, tolerance)?;
+        let matrix = regressor(q.z, &joint_velocity, &x1, &x2);
         let (x1, x2) = (x1.cast::<f32>(), x2.cast::<f32>());
-        require_close("Ξ", &regressor(q32.z, &joint_rate32, &x1, &x2), &matrix, 30.0 * SUMS)?;
-        let (reduced32, reduced) = (single.reduced(&q32, &joint_rate32), double.reduced(&q, &joint_rate));
+        require_close("Ξ", &regressor(q32.z, &joint_velocity32, &x1, &x2), &matrix, 30.0 * SUMS)?;
+        let (reduced32, reduced) = (single.reduced(&q32, &joint_velocity32), double.reduced(&q, &joint_velocity));
         require_close("M̄", &reduced32.mass, &reduced.mass, SUMS)?;
         require_close("C̄", &reduced32.coriolis, &reduced.coriolis, 10.0 * SUMS)?;
         require_close("end effector", &single.end_effector(&q32).position, &double.end_effector(&q).position, SUMS)?;

@@ -1,8 +1,9 @@
 //! What is refused, and what the messages say.
 
-use dem_model::planar::{PlanarDem, PlanarSpaceManipulator};
-use dem_model::spatial::{self, SpatialSpaceManipulator};
-use dem_model::{Body, DemBase, DemLink, ParameterError, ThreeLinkDem};
+use dem_model::{
+    Body, DemBase, DemLink, ParameterError, PlanarDem, PlanarSpaceManipulator, SpacecraftBody, SpatialSpaceManipulator,
+    ThreeLinkDem,
+};
 use nalgebra::{Matrix3, Vector3};
 
 fn table_2() -> (DemBase<f64>, [DemLink<f64>; 2]) {
@@ -57,7 +58,7 @@ fn each_field_of_a_planar_space_manipulator_is_checked() {
 #[test]
 fn inertia_tensors_are_checked() {
     let spacecraft =
-        |inertia| spatial::SpacecraftBody { mass: 1.0, inertia, centre_of_mass_to_joint: Vector3::new(0.1, -0.2, 0.3) };
+        |inertia| SpacecraftBody { mass: 1.0, inertia, centre_of_mass_to_joint: Vector3::new(0.1, -0.2, 0.3) };
     let accepted = |inertia| SpatialSpaceManipulator::<f64, 0>::new(spacecraft(inertia), []);
     assert!(accepted(Matrix3::identity()).is_ok());
     let refused = ParameterError::InertiaNotPositiveDefinite { body: Body::Spacecraft };

@@ -1,8 +1,7 @@
 //! The published vectors: M, C, q̈ of Table 2, the DEM map, the reduced dynamics.
 
 use crate::common::{assert_close, numbers, vectors};
-use dem_model::planar::{PlanarDem, PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
-use dem_model::{ThreeLinkDem, spatial};
+use dem_model::{PlanarDem, PlanarSpaceManipulator, SpaceLink, SpacecraftBody, SpatialSpaceManipulator, ThreeLinkDem};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 use serde_json::Value;
 
@@ -26,12 +25,12 @@ fn closed_form_matches_dem_mc() {
     let states = file["states"].as_array().unwrap();
     assert_eq!(states.len(), 40);
     for state in states {
-        let (q, rate) = (vector3(&state["q"]), vector3(&state["qd"]));
-        let coriolis = dem.coriolis_matrix(&q, &rate);
+        let (q, velocity) = (vector3(&state["q"]), vector3(&state["qd"]));
+        let coriolis = dem.coriolis_matrix(&q, &velocity);
         assert_close("M", &dem.mass_matrix(&q), &matrix::<3, 3>(&state["M"]), MATRIX_TOLERANCE);
         assert_close("C", &coriolis, &matrix::<3, 3>(&state["C"]), MATRIX_TOLERANCE);
-        assert_close("C q̇", &(coriolis * rate), &vector3(&state["Cqd"]), MATRIX_TOLERANCE);
-        let acceleration = dem.forward_dynamics(&q, &rate, &vector3(&state["tau"]));
+        assert_close("C q̇", &(coriolis * velocity), &vector3(&state["Cqd"]), MATRIX_TOLERANCE);
+        let acceleration = dem.forward_dynamics(&q, &velocity, &vector3(&state["tau"]));
         assert_close("q̈", &acceleration, &vector3(&state["qdd"]), MATRIX_TOLERANCE);
     }
 }
@@ -43,10 +42,11 @@ fn reduced_dynamics_match_reduced_json() {
     let states = file["matrices"]["states"].as_array().unwrap();
     assert_eq!(states.len(), 15);
     for state in states {
-        let (q, rate, torque) = (vector3(&state["q"]), vector3(&state["qd"]), vector3(&state["tau"]));
-        let (joint_rate, joint_torque) = (rate.fixed_rows::<2>(1).into_owned(), torque.fixed_rows::<2>(1).into_owned());
-        let reduced = dem.reduced(&q, &joint_rate);
-        let momentum = dem.angular_momentum(&q, &rate);
+        let (q, velocity, torque) = (vector3(&state["q"]), vector3(&state["qd"]), vector3(&state["tau"]));
+        let (joint_velocity, joint_torque) =
+            (velocity.fixed_rows::<2>(1).into_owned(), torque.fixed_rows::<2>(1).into_owned());
+        let reduced = dem.reduced(&q, &joint_velocity);
+        let momentum = dem.angular_momentum(&q, &velocity);
         assert_close("M̄", &reduced.mass, &matrix::<2, 2>(&state["Mbar"]), REDUCED_TOLERANCE);
         assert_close("C̄", &reduced.coriolis, &matrix::<2, 2>(&state["Cbar"]), REDUCED_TOLERANCE);
         assert_close("A", &reduced.base_coupling, &matrix::<1, 2>(&state["A"]), REDUCED_TOLERANCE);
@@ -66,7 +66,7 @@ fn reduced_dynamics_match_reduced_json() {
         assert_close("g", &reduced.momentum_gradient, &matrix::<2, 1>(&state["g_per_p2"]), REDUCED_TOLERANCE);
 
         let acceleration = |momentum, torque| -> Vector2<f64> {
-            let bias = reduced.arm_torque(&Vector2::zeros(), &joint_rate, momentum);
+            let bias = reduced.arm_torque(&Vector2::zeros(), &joint_velocity, momentum);
             reduced.mass.cholesky().unwrap().solve(&(torque - bias))
         };
         let force = joint_torque - reduced.base_coupling.transpose() * torque.x;
@@ -107,9 +107,9 @@ fn planar_case<const LINKS: usize, const JOINTS: usize>(case: &Value) -> PlanarD
     }
 
     let state = &case["state"];
-    let [q, rate] = ["q", "qd"].map(|key| SVector::<f64, JOINTS>::from_column_slice(&numbers(&state[key])));
+    let [q, velocity] = ["q", "qd"].map(|key| SVector::<f64, JOINTS>::from_column_slice(&numbers(&state[key])));
     assert_close("M", &dem.mass_matrix(&q), &matrix::<JOINTS, JOINTS>(&state["M"]), MATRIX_TOLERANCE);
-    let force = dem.coriolis_matrix(&q, &rate) * rate;
+    let force = dem.coriolis_matrix(&q, &velocity) * velocity;
     assert_close("C q̇", &force, &matrix::<JOINTS, 1>(&state["Cqd"]), MATRIX_TOLERANCE);
     dem
 }
@@ -124,10 +124,10 @@ fn planar_map_matches_dem_map() {
             2 => {
                 let dem = planar_case::<2, 3>(case).closed_form().unwrap();
                 let state = &case["state"];
-                let (q, rate) = (vector3(&state["q"]), vector3(&state["qd"]));
+                let (q, velocity) = (vector3(&state["q"]), vector3(&state["qd"]));
                 assert_close("M", &dem.mass_matrix(&q), &matrix::<3, 3>(&state["M"]), MATRIX_TOLERANCE);
-                let coriolis: Matrix3<f64> = dem.coriolis_matrix(&q, &rate);
-                assert_close("C q̇", &(coriolis * rate), &vector3(&state["Cqd"]), MATRIX_TOLERANCE);
+                let coriolis: Matrix3<f64> = dem.coriolis_matrix(&q, &velocity);
+                assert_close("C q̇", &(coriolis * velocity), &vector3(&state["Cqd"]), MATRIX_TOLERANCE);
             }
             3 => drop(planar_case::<3, 4>(case)),
             links => panic!("no case of {links} links is known"),
@@ -143,18 +143,15 @@ fn spatial_map_matches_dem_map() {
     let (space, expected) = (&cases[0]["sm"], &cases[0]["dem"]);
     let mass = numbers(&space["m"]);
     let inertia = |index: usize| matrix::<3, 3>(&space["I"][index]);
-    let spacecraft = spatial::SpacecraftBody {
-        mass: mass[0],
-        inertia: inertia(0),
-        centre_of_mass_to_joint: vector3(&space["R"][0]),
-    };
-    let links: [_; 3] = core::array::from_fn(|index| spatial::SpaceLink {
+    let spacecraft =
+        SpacecraftBody { mass: mass[0], inertia: inertia(0), centre_of_mass_to_joint: vector3(&space["R"][0]) };
+    let links: [_; 3] = core::array::from_fn(|index| SpaceLink {
         mass: mass[index + 1],
         inertia: inertia(index + 1),
         joint_to_centre_of_mass: vector3(&space["L"][index + 1]),
         centre_of_mass_to_joint: vector3(&space["R"][index + 1]),
     });
-    let dem = spatial::SpatialSpaceManipulator::new(spacecraft, links).unwrap().dynamically_equivalent();
+    let dem = SpatialSpaceManipulator::new(spacecraft, links).unwrap().dynamically_equivalent();
 
     let close = |name: &str, index: usize, found: &Vector3<f64>| {
         assert_close(name, found, &vector3(&expected[name][index]), MATRIX_TOLERANCE);

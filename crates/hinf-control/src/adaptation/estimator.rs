@@ -1,14 +1,27 @@
 //! The running state of an adaptive law.
 
 use super::{Adaptation, AdaptationWeight, AntiWindup, Bound, ScalarWeight, bound::is_finite};
-use crate::{AdaptationStatus, Command, FrozenState, LimitedJoints, ThawError};
+use crate::{AdaptationStatus, Command, FrozenState, LimitedJoints, Measurement, Reference, ThawError, is_usable};
 use dem_model::Scalar;
 use nalgebra::SVector;
 
-/// Φ, its rate, and how both go on from cycle to cycle.
+/// What an adaptive law with P parameters computes in one cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdaptiveOutput<T: Scalar, const P: usize, const N: usize = 2> {
+    /// Joint torques τ_m, N·m, before any limit.
+    pub torque: SVector<T, N>,
+    /// The H∞ control input u of eq. 10.
+    pub control_input: SVector<T, N>,
+    /// ΞᵀT11ᵀBᵀT0x̃, of which Φ̇ = −Z⁻¹·gradient (eqs. 18, 30, 36, 42, 45).
+    pub gradient: SVector<T, P>,
+    /// A part of the law was replaced by the substitute that the law documents; reported in
+    /// [`AdaptationStatus::fell_back`].
+    pub fell_back: bool,
+}
+
+/// Φ, Φ̇, and how both go on from cycle to cycle.
 ///
-/// A law calls [`step`](Self::step), computes its torque with [`parameters`](Self::parameters), and ends with
-/// [`learn`](Self::learn). After the limiter has spoken, [`limited`](Self::limited).
+/// A law does all of its work in [`cycle`](Self::cycle), and passes on what the limiter did to [`limited`](Self::limited).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterEstimator<T: Scalar, const P: usize, Z = ScalarWeight<T>> {
     adaptation: Adaptation<T, P, Z>,
@@ -37,34 +50,53 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> ParameterEstimator<T,
         &self.parameters
     }
 
-    /// Φ_k = Φ_{k−1} + `period`·Φ̇_{k−1} (explicit Euler), projected if so chosen. Where the sum overflows, Φ stands still.
-    pub fn step(&mut self, period: T) -> AdaptationStatus {
+    /// One cycle of an adaptive law: steps Φ, has `law` compute its output with the stepped Φ, and takes
+    /// Φ̇ = −Z⁻¹·gradient for the coming step.
+    ///
+    /// Without usable inputs ([`is_usable`](crate::is_usable)), and wherever the stepped Φ, the output or Φ̇ is not
+    /// finite, the cycle is void: [`Command::fallback`] is returned, Φ is what it was before the cycle, and Φ̇ is zero, so
+    /// that Φ stands still over the coming step too.
+    pub fn cycle<const N: usize>(
+        &mut self,
+        measurement: &Measurement<T, N>,
+        reference: &Reference<T, N>,
+        period: T,
+        law: impl FnOnce(&SVector<T, P>) -> AdaptiveOutput<T, P, N>,
+    ) -> Command<T, N> {
+        if !is_usable(measurement, reference, period) {
+            return self.fall_back();
+        }
+        let before = self.parameters;
+        let mut status = self.step(period);
+        let output = law(&self.parameters);
+        self.rate = -self.adaptation.weight.solve(&output.gradient);
+        let finite = [&self.parameters, &self.rate].iter().all(|vector| is_finite(vector))
+            && is_finite(&output.torque)
+            && is_finite(&output.control_input);
+        if !finite {
+            self.parameters = before;
+            return self.fall_back();
+        }
+        status.fell_back = output.fell_back;
+        Command { torque: output.torque, control_input: output.control_input, adaptation: status }
+    }
+
+    /// Φ_k = Φ_{k−1} + `period`·Φ̇_{k−1} (explicit Euler), projected if so chosen.
+    fn step(&mut self, period: T) -> AdaptationStatus {
         let mut status = AdaptationStatus { frozen: self.held, ..AdaptationStatus::default() };
         if !self.held {
             let stepped = self.parameters + self.rate * period;
             let next = self.bounded(stepped);
             status.projected = next != stepped;
-            status.fell_back = !is_finite(&next);
-            if is_finite(&next) {
-                self.parameters = next;
-            }
+            self.parameters = next;
         }
         self.held = false;
         status.at_bound = status.projected || self.is_at_bound();
         status
     }
 
-    /// Takes Φ̇ = −Z⁻¹`gradient` for the coming step, with `gradient` = ΞᵀT11ᵀBᵀT0x̃. If that is not finite, Φ stands still
-    /// and `status` says so.
-    pub fn learn(&mut self, gradient: &SVector<T, P>, status: &mut AdaptationStatus) {
-        let rate = -self.adaptation.weight.solve(gradient);
-        let usable = is_finite(&rate);
-        self.rate = if usable { rate } else { SVector::zeros() };
-        status.fell_back |= !usable;
-    }
-
-    /// The answer to inputs that cannot be worked with: no torque, and Φ stands still over this and the coming step.
-    pub fn fall_back<const N: usize>(&mut self) -> Command<T, N> {
+    /// No torque; Φ stands still over the coming step.
+    fn fall_back<const N: usize>(&mut self) -> Command<T, N> {
         self.rate.fill(T::zero());
         self.held = false;
         Command::fallback(AdaptationStatus::default())

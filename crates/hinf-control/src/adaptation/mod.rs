@@ -9,7 +9,7 @@ mod estimator;
 mod weight;
 
 pub use bound::{Ball, BoundError, ParameterBox, ParameterSet};
-pub use estimator::ParameterEstimator;
+pub use estimator::{AdaptiveOutput, ParameterEstimator};
 pub use weight::{AdaptationWeight, DiagonalWeight, FullWeight, ScalarWeight, SeparableWeight, WeightError};
 
 use dem_model::Scalar;

@@ -6,49 +6,35 @@
 //! It is controller 1 without Λ in the motion that F is computed for. Gains of K_d = R⁻¹ and K_p = R⁻¹Λ
 //! ([`PdGains::matching`], for diagonal weights) give it the same feedback, so that what differs is the law.
 
-use super::has_no_state;
+use super::state::has_no_state;
+use crate::NominalForm;
+use crate::gains::PdGains;
+use crate::law_definition::{BuildContext, BuildError, LawDefinition};
 use crate::{AdaptationStatus, Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
 use crate::{AuxiliaryMotion, NominalModel};
 use dem_model::Scalar;
-use nalgebra::{Cholesky, Matrix2};
 
-/// The gains of [`PdComputedTorque`]: their symmetric parts are positive definite.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PdGains<T: Scalar> {
-    proportional: Matrix2<T>,
-    derivative: Matrix2<T>,
+/// Settings of the law.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Settings {
+    /// F or F̄.
+    pub model_form: NominalForm,
 }
 
-/// A gain is not finite, or its symmetric part not positive definite.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the {gain} gain is not positive definite")]
-pub struct GainError {
-    /// Which gain.
-    pub gain: &'static str,
-}
+impl LawDefinition for Settings {
+    const NAME: &'static str = "computed-torque";
+    const DESCRIPTION: &'static str = "PD+ with the computed torque of the nominal model (baseline, not in the paper)";
 
-impl<T: Scalar> PdGains<T> {
-    /// K_p (N·m/rad) and K_d (N·m·s/rad).
-    ///
-    /// # Errors
-    /// [`GainError`] unless both are finite and positive definite.
-    pub fn new(proportional: Matrix2<T>, derivative: Matrix2<T>) -> Result<Self, GainError> {
-        for (matrix, gain) in [(&proportional, "proportional"), (&derivative, "derivative")] {
-            let finite = matrix.iter().all(|element| element.is_finite());
-            if !finite || Cholesky::new(matrix + matrix.transpose()).is_none() {
-                return Err(GainError { gain });
-            }
-        }
-        Ok(Self { proportional, derivative })
-    }
+    type Controller<T: Scalar> = PdComputedTorque<T>;
 
-    /// The gains of the H∞ feedback: K_d = T11⁻¹R⁻¹T11, K_p = K_d Λ.
-    ///
-    /// # Errors
-    /// [`GainError`] if the weights' off-diagonal elements leave one of them without a positive definite symmetric part.
-    pub fn matching(synthesis: &Synthesis<T>) -> Result<Self, GainError> {
-        let derivative = synthesis.t11_inverse() * synthesis.control_gain() * synthesis.t11();
-        Self::new(derivative * synthesis.error_rate(), derivative)
+    fn build<T: Scalar>(
+        &self,
+        synthesis: Synthesis<T>,
+        context: &BuildContext<T>,
+    ) -> Result<PdComputedTorque<T>, BuildError> {
+        let nominal = NominalModel::new(context.model, self.model_form);
+        Ok(PdComputedTorque::new(nominal, PdGains::matching(&synthesis)?))
     }
 }
 
@@ -75,7 +61,7 @@ impl<T: Scalar> Controller<T> for PdComputedTorque<T> {
         }
         let error = TrackingError::new(measurement, reference);
         let motion = AuxiliaryMotion { acceleration: reference.acceleration, velocity: reference.velocity };
-        let control_input = -(self.gains.derivative * error.velocity + self.gains.proportional * error.position);
+        let control_input = -(self.gains.derivative() * error.velocity + self.gains.proportional() * error.position);
         let torque = self.nominal.torque(measurement, &motion) + control_input;
         Command { torque, control_input, adaptation }.or_fallback()
     }

@@ -20,26 +20,91 @@
 //! paper's bound then holds with what a robot can measure: see [`ProvenAttenuation`](crate::ProvenAttenuation). With
 //! `eliminated` it does not: the ratio of eq. 8 reaches about 190 at γ² = 4.
 
-use super::{configuration, has_no_state, velocities};
+use super::state::has_no_state;
+use crate::law_definition::{
+    BuildContext, BuildError, LawDefinition, LawVariant, PublishedIndices, StateWeights, VariantOrigin,
+};
+use crate::model_coordinates::{configuration, velocities};
 use crate::{AdaptationStatus, Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
 use crate::{AuxiliaryMotion, NominalForm, NominalModel};
+use crate::{BaseAcceleration, SymmetricWeight, UnsupportedBaseAcceleration};
 use dem_model::{Scalar, ThreeLinkDem};
 use nalgebra::Vector2;
 
-/// How controller 1 has the base acceleration that eq. 11 needs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum BaseAcceleration {
-    /// As measured: reads the base velocity and acceleration. Keeps the bound if they are true.
-    Measured,
-    /// Eliminated by eqs. 20 and 21: reads the base velocity. Does not keep the bound.
-    #[default]
-    Eliminated,
-    /// Left out, with all of E: reads nothing of the base.
-    Omitted,
-    /// By the reduced dynamics at zero momentum: reads nothing of the base, keeps the bound from rest.
-    Reduced,
-    /// By the reduced dynamics at the momentum that the base velocity tells: keeps the bound.
-    ReducedMomentum,
+/// Settings of the law. The default is Table 3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Settings {
+    /// Weight of the velocity error.
+    pub q1: SymmetricWeight,
+    /// Weight of the position error.
+    pub q2: SymmetricWeight,
+    /// How the base acceleration that eq. 11 needs is had.
+    pub base_acceleration: BaseAcceleration,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            q1: SymmetricWeight::Diagonal([0.64, 0.64]),
+            q2: SymmetricWeight::Diagonal([9.0, 7.0]),
+            base_acceleration: BaseAcceleration::Eliminated,
+        }
+    }
+}
+
+impl Settings {
+    /// Q1 and Q2.
+    pub fn weights(&self) -> StateWeights {
+        StateWeights { q1: self.q1, q2: self.q2 }
+    }
+}
+
+impl LawDefinition for Settings {
+    const NAME: &'static str = "nonlinear";
+    const DESCRIPTION: &'static str = "nonlinear H-infinity control with the nominal model";
+    const PUBLISHED_INDICES: Option<PublishedIndices> = Some(PublishedIndices { tracking: 0.0778, torque: 0.1419 });
+    const VARIANTS: &'static [LawVariant] = &[
+        LawVariant {
+            name: "nonlinear-measured",
+            base_acceleration: BaseAcceleration::Measured,
+            origin: VariantOrigin::Reading,
+        },
+        LawVariant {
+            name: "nonlinear-omitted",
+            base_acceleration: BaseAcceleration::Omitted,
+            origin: VariantOrigin::Reading,
+        },
+        LawVariant {
+            name: "nonlinear-reduced",
+            base_acceleration: BaseAcceleration::Reduced,
+            origin: VariantOrigin::Extension,
+        },
+        LawVariant {
+            name: "nonlinear-reduced-momentum",
+            base_acceleration: BaseAcceleration::ReducedMomentum,
+            origin: VariantOrigin::Extension,
+        },
+    ];
+
+    type Controller<T: Scalar> = NonlinearHInfinity<T>;
+
+    fn build<T: Scalar>(
+        &self,
+        synthesis: Synthesis<T>,
+        context: &BuildContext<T>,
+    ) -> Result<NonlinearHInfinity<T>, BuildError> {
+        Ok(NonlinearHInfinity::new(context.model, synthesis, self.base_acceleration))
+    }
+
+    fn state_weights(&self) -> Option<StateWeights> {
+        Some(self.weights())
+    }
+
+    fn set_base_acceleration(&mut self, mode: BaseAcceleration) -> Result<(), UnsupportedBaseAcceleration> {
+        self.base_acceleration = mode;
+        Ok(())
+    }
 }
 
 /// Controller 1.

@@ -83,7 +83,7 @@ impl Situation {
     /// Turns the base such that the angular momentum is zero.
     pub fn without_momentum(mut self, model: &ThreeLinkDem<f64>) -> Self {
         let reduced = model.reduced(&self.state.q, &self.joint_velocity());
-        self.state.velocity.x = reduced.base_rate(&self.joint_velocity(), 0.0);
+        self.state.velocity.x = reduced.base_velocity(&self.joint_velocity(), 0.0);
         self
     }
 

@@ -5,8 +5,8 @@ pub mod dissipation;
 
 use dem_model::ThreeLinkDem;
 use hinf_control::{
-    BaseMeasurement, Command, Controller, Law, Measurement, PerformanceIndices, QuinticReference, Synthesis,
-    TrackingError, WeightReading, Weights,
+    BaseMeasurement, Command, Controller, ControllerSettings, Law, Measurement, PerformanceIndices, QuinticReference,
+    Synthesis, TrackingError, WeightReading,
 };
 use nalgebra::{Vector2, Vector3};
 
@@ -107,5 +107,6 @@ pub fn paper_run(controller: &mut dyn Controller<f64>, start: State) -> (Vec<Sam
 }
 
 pub fn table_3(law: Law, reading: WeightReading) -> Synthesis<f64> {
-    Synthesis::new(&Weights::table_3(law, reading)).unwrap()
+    let settings = ControllerSettings { reading, ..ControllerSettings::default() };
+    Synthesis::new(&settings.weights(law)).unwrap()
 }

@@ -45,7 +45,7 @@ const fn mapped(
 
 /// Device type: profile 402, servo drive (bit 17).
 const SERVO_DRIVE: u32 = 0x0002_0000 | 402;
-/// No vendor has number 0: CiA assigns them from 1 on, and this drive is nobody's product.
+/// No vendor has number 0: CiA assigns them from 1 on, and this drive is not a product.
 const NO_VENDOR: u32 = 0;
 const PRODUCT_CODE: u32 = 0x5541_524D; // "UARM"
 const REVISION: u32 = 0x0001_0000;

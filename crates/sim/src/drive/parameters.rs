@@ -29,7 +29,7 @@ pub struct DriveDescription {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DriveError {
     /// The node is not one a drive may have.
-    #[error("node {found} is no drive's, expected 1 to 126")]
+    #[error("node {found} cannot be a drive's, expected 1 to 126")]
     Node {
         /// What was asked for.
         found: u8,
@@ -37,7 +37,7 @@ pub enum DriveError {
     /// No torque, or no current.
     #[error("drive {node}: {name} is 0, expected more")]
     Zero {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
         /// The quantity.
         name: &'static str,
@@ -45,9 +45,9 @@ pub enum DriveError {
     /// The encoder is refused.
     #[error("drive {node}: {error}")]
     Encoder {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
-        /// Why.
+        /// Why it is refused.
         error: EncoderError,
     },
 }

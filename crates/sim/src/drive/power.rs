@@ -1,7 +1,7 @@
 //! The drive's power stage: commands, faults, torque, and the objects that show them.
 
 use super::dictionary::{ABORT_IS_FAULT, BRAKE_OUTPUT};
-use super::emulated::EmulatedDrive;
+use super::state::EmulatedDrive;
 use crate::outbox::Outbox;
 use canopen_rs::{Address, ErrorRegister, Value};
 use uarm_io::drive::cia402::{Command, Controlword, PowerState, Statusword};

@@ -1,9 +1,9 @@
 //! How the drive answers the services of CANopen: NMT, SDO, heartbeat, RPDO.
 
 use super::dictionary::{OBJECTS, dictionary};
-use super::emulated::{EmulatedDrive, RPDO1_EVENT_TIMER, Reaction};
 use super::power::error;
 use super::sdo_rules;
+use super::state::{EmulatedDrive, RPDO1_EVENT_TIMER, Reaction};
 use super::timers::{Ticker, Watchdog};
 use crate::outbox::Outbox;
 use canopen_rs::{Address, ErrorRegister, Node, Value, pdo};

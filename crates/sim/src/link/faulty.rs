@@ -26,9 +26,9 @@ pub struct FaultRates {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("the probability of {name} is {found}, expected 0 to 1")]
 pub struct FaultRateError {
-    /// The rate.
+    /// Which rate was refused.
     pub name: &'static str,
-    /// Its value.
+    /// The value that was refused.
     pub found: f64,
 }
 
@@ -88,7 +88,7 @@ impl<L: Link, C: Clock> FaultyLink<L, C> {
     /// Wraps `inner`; `clock` tells when a frame that is lost would have been sent.
     ///
     /// # Errors
-    /// [`FaultRateError`] if a rate is no probability.
+    /// [`FaultRateError`] if a rate is not a probability.
     pub fn new(inner: L, clock: C, rates: FaultRates, seed: u64) -> Result<Self, FaultRateError> {
         rates.check()?;
         let random = Rand64::new(seed.into());
@@ -98,7 +98,7 @@ impl<L: Link, C: Clock> FaultyLink<L, C> {
     /// Goes on with other rates; what is in flight stays in flight.
     ///
     /// # Errors
-    /// [`FaultRateError`] if a rate is no probability; the old rates then stay.
+    /// [`FaultRateError`] if a rate is not a probability; the old rates then stay.
     pub fn set_rates(&mut self, rates: FaultRates) -> Result<(), FaultRateError> {
         rates.check()?;
         self.rates = rates;

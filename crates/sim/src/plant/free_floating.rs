@@ -5,9 +5,9 @@
 //! Coordinates: [x, y, θ, q2, q3] with (x, y) the spacecraft's centre of mass in an inertial frame whose origin is the
 //! system's centre of mass, θ its attitude.
 
-use super::MotionState;
+use super::integrator::MotionState;
 use super::mechanical::{InertialTerms, MechanicalPlant, Mechanism};
-use dem_model::planar::PlanarSpaceManipulator;
+use dem_model::PlanarSpaceManipulator;
 use nalgebra::{ComplexField, Matrix2x5, Matrix5, RowVector5, Vector2, Vector3, Vector5};
 
 /// A body of the chain; its centre of mass is at (x, y) + Σ_j lever_j e(φ_j).

@@ -1,6 +1,6 @@
 //! The ideal plant: the dynamically equivalent manipulator and nothing else.
 
-use super::MotionState;
+use super::integrator::MotionState;
 use super::mechanical::{InertialTerms, MechanicalPlant, Mechanism};
 use dem_model::ThreeLinkDem;
 use nalgebra::Vector3;

@@ -1,6 +1,6 @@
 //! The robot UARM with its imperfections: friction, a tilted table, heavier links, a motor gain.
 
-use super::MotionState;
+use super::integrator::MotionState;
 use super::mechanical::{InertialTerms, MechanicalPlant, Mechanism};
 use super::uarm_parameters::UarmPlantParameters;
 use dem_model::{DemBase, DemLink, ParameterError, ThreeLinkDem};

@@ -6,11 +6,11 @@ use nalgebra::{Vector2, Vector3};
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{name} is {found}, expected {expected}")]
 pub struct UarmParameterError {
-    /// The parameter.
+    /// Which parameter was refused.
     pub name: &'static str,
-    /// Its value.
+    /// The value that was refused.
     pub found: f64,
-    /// Its range.
+    /// The range that is allowed.
     pub expected: &'static str,
 }
 

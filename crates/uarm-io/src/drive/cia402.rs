@@ -152,7 +152,7 @@ impl Statusword {
         Self(self.0 | bits)
     }
 
-    /// Its bits.
+    /// All 16 bits.
     pub const fn bits(self) -> u16 {
         self.0
     }
@@ -251,7 +251,7 @@ impl Controlword {
         })
     }
 
-    /// Its bits.
+    /// All 16 bits.
     pub const fn bits(self) -> u16 {
         self.0
     }

@@ -60,7 +60,7 @@ objects! {
     EMERGENCY_IDENTIFIER = 0x1014:0 Unsigned32 "COB-ID EMCY";
     /// Whom the drive listens to and for how long it bears silence: `node << 16 | milliseconds`.
     CONSUMER_HEARTBEAT_TIME = 0x1016:1 Unsigned32 "consumer heartbeat time";
-    /// The period of the drive's own heartbeat, ms; 0 is none.
+    /// The period of the drive's own heartbeat, ms; 0 switches it off.
     PRODUCER_HEARTBEAT_TIME = 0x1017:0 Unsigned16 "producer heartbeat time";
     /// Identity: vendor.
     VENDOR_ID = 0x1018:1 Unsigned32 "vendor-ID";

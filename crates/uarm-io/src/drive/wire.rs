@@ -133,7 +133,7 @@ pub enum PayloadError {
         /// The byte.
         found: u8,
     },
-    /// A byte that is no NMT command, or a node that is none.
+    /// A byte that is not an NMT command, or a number that is not a node id.
     #[error("{command:#04x} for node {node} is no NMT command")]
     NmtCommand {
         /// The command byte.

@@ -41,6 +41,49 @@ fn a_jump_names_its_counts_and_leaves_the_encoder_as_it_was() {
 }
 
 #[test]
+fn a_jump_is_judged_alike_in_both_directions() {
+    for direction in [Direction::Positive, Direction::Negative] {
+        for sign in [1, -1] {
+            let mut encoder = Encoder::new(configuration(8000, 32, direction, 0));
+            encoder.update(0, Duration::ZERO).unwrap();
+            let refused = Err(EncoderError::Jump { change: i64::from(43 * sign), limit: 42, elapsed: PERIOD });
+            assert_eq!(encoder.update(43 * sign, PERIOD), refused);
+            let mut encoder = Encoder::new(configuration(8000, 32, direction, 0));
+            encoder.update(0, Duration::ZERO).unwrap();
+            assert!(encoder.update(42 * sign, PERIOD).is_ok());
+        }
+    }
+}
+
+/// No time, no turning: only the margin is left of the limit.
+#[test]
+fn without_time_the_margin_is_believed() {
+    for (margin, believed, refused) in [(0, 0, 1), (1, 1, 2), (4, 4, 5)] {
+        let jump_limit = JumpLimit::new(10.0, margin).unwrap();
+        let configuration = EncoderConfiguration { jump_limit, ..configuration(8000, 32, Direction::Positive, 0) };
+        let mut encoder = Encoder::new(configuration);
+        encoder.update(0, Duration::ZERO).unwrap();
+        let (change, limit, elapsed) = (i64::from(refused), i64::from(margin), Duration::ZERO);
+        assert_eq!(encoder.update(refused, elapsed), Err(EncoderError::Jump { change, limit, elapsed }));
+        assert_eq!(encoder.update(believed, elapsed), Ok(i64::from(believed)));
+    }
+}
+
+/// 10 rad/s over 3 ms are 38 counts here: with a margin of 90 the limit is half the range of 8 bits, with 89 below it.
+#[test]
+fn a_limit_of_half_the_range_is_ambiguous() {
+    for (margin, ambiguous) in [(89, false), (90, true)] {
+        let jump_limit = JumpLimit::new(10.0, margin).unwrap();
+        let configuration = EncoderConfiguration { jump_limit, ..configuration(8000, 8, Direction::Positive, 0) };
+        let mut encoder = Encoder::new(configuration);
+        encoder.update(0, Duration::ZERO).unwrap();
+        let outcome = encoder.update(1, PERIOD);
+        assert_eq!(matches!(outcome, Err(EncoderError::Ambiguous { limit: 128, half_range: 128, .. })), ambiguous);
+        assert_eq!(outcome == Ok(1), !ambiguous);
+    }
+}
+
+#[test]
 fn a_gap_that_a_narrow_counter_cannot_bridge_is_refused() {
     let mut encoder = Encoder::new(configuration(8000, 8, Direction::Positive, 0));
     encoder.update(0, Duration::ZERO).unwrap();

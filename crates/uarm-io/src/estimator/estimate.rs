@@ -59,7 +59,7 @@ pub enum EstimatorError {
     NotPositive {
         /// Which setting, with its unit.
         setting: &'static str,
-        /// Its value.
+        /// The value that was refused.
         found: f64,
     },
     /// The Riccati equation has no solution within the numbers' precision.

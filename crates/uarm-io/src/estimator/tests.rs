@@ -167,12 +167,37 @@ fn levants_differentiator_keeps_the_order_of_its_accuracy() {
     assert!((8.0..32.0).contains(&(coarse / fine)), "{coarse} {fine}");
 }
 
+/// One step from rest, worked out by hand: L = 8, so L^(1/3) = 2; the angle jumps by 0.001, so |e|^(1/3) = 0.1.
 #[test]
-fn a_frozen_state_goes_on_to_the_bit() {
+fn levants_gains_are_2_and_1_5_sqrt_2_and_1_1() {
+    let mut estimator = VelocityEstimator::new(LevantDifferentiator::new(8.0).unwrap());
+    estimator.reset(0.0);
+    let Estimate { position, velocity, acceleration } = estimator.update(1e-3, 0.01);
+    // 2 · 2 · 0.01 · 0.01, 1.5 · √2 · 4 · 0.1 · 0.01, 1.1 · 8 · 0.01.
+    assert_relative_eq!(position, 4e-4, max_relative = 1e-14);
+    assert_relative_eq!(velocity, 0.008_485_281_374_238_57, max_relative = 1e-14);
+    assert_relative_eq!(acceleration, 0.088, max_relative = 1e-14);
+    // Over a long step the correction of the angle stops at the measurement.
+    estimator.reset(0.0);
+    assert_eq!(estimator.update(1e-3, 1.0).position, 1e-3);
+}
+
+#[test]
+fn a_reset_is_at_rest() {
     for mut estimator in all() {
         follow(&mut estimator, |t| t.sin(), 0.5, || PERIOD);
-        let mut thawed = estimator;
-        thawed.reset_unknown();
+        estimator.reset(0.25);
+        assert_eq!(estimator.freeze(), Some(Estimate { position: 0.25, velocity: 0.0, acceleration: 0.0 }));
+        estimator.reset_unknown();
+        assert_eq!(estimator.freeze(), None);
+        assert_eq!(estimator.update(-3.0, PERIOD), Estimate { position: -3.0, velocity: 0.0, acceleration: 0.0 });
+    }
+}
+
+#[test]
+fn a_frozen_state_goes_on_to_the_bit() {
+    for (mut estimator, mut thawed) in all().into_iter().zip(all()) {
+        follow(&mut estimator, |t| t.sin(), 0.5, || PERIOD);
         thawed.thaw(estimator.freeze());
         for k in 0..100 {
             let position = f64::from(k) * 1e-3;
@@ -198,7 +223,7 @@ fn single_precision_follows_double() {
 }
 
 proptest! {
-    /// No period and no angle that is a number makes a number that is none.
+    /// Every estimate is finite, whatever the period, as long as the angle is finite.
     #[test]
     fn estimates_stay_finite(
         steps in proptest::collection::vec((-100.0_f64..100.0, prop_oneof![0.0_f64..0.1, Just(0.0), Just(-1.0), Just(f64::NAN)]), 1..100),

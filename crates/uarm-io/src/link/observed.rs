@@ -1,6 +1,7 @@
 //! A wrapper that shows each frame that passes.
 
-use super::{Link, LinkHealth, Received};
+use super::health::LinkHealth;
+use super::transport::{Link, Received};
 use crate::frame::Frame;
 use crate::time::Instant;
 

@@ -1,6 +1,6 @@
 //! CAN: in the kernel, and each interface.
 
-use super::Machine;
+use super::machine::Machine;
 use crate::finding::{Finding, Verdict};
 use crate::socketcan_link::{InterfaceName, raw_can_sockets};
 use socketcan::nl::{CanInterface, CanState};
@@ -108,7 +108,7 @@ fn virtual_bus(machine: &Machine) -> Finding {
 }
 
 fn no_interface() -> Finding {
-    let advice = "plug in an adapter, or `ip link add vcan0 type vcan && ip link set vcan0 up`; `uarm run` without `--can` needs none";
+    let advice = "plug in an adapter, or `ip link add vcan0 type vcan && ip link set vcan0 up`; a simulated robot in the same process needs none";
     Finding::good("CAN interfaces", "none", "one, for drives").but(Verdict::Warning, advice)
 }
 

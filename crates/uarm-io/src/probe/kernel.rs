@@ -1,6 +1,6 @@
 //! Kernel, its clocks and timers.
 
-use super::Machine;
+use super::machine::Machine;
 use crate::finding::{Finding, Verdict};
 
 /// Whether the kernel is `PREEMPT_RT`, by every sign there is: none of them is on all kernels.

@@ -1,6 +1,6 @@
 //! What the user may ask for.
 
-use super::Machine;
+use super::machine::Machine;
 use crate::finding::{Finding, Verdict};
 use crate::realtime::Priority;
 

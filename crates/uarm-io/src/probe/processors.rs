@@ -1,6 +1,6 @@
 //! Processors: their clock, their sleep, and who else runs on them.
 
-use super::Machine;
+use super::machine::Machine;
 use crate::finding::{Finding, Verdict};
 
 const PROCESSORS: &str = "/sys/devices/system/cpu";
@@ -57,7 +57,7 @@ pub(super) fn isolated(machine: &Machine) -> Option<Finding> {
         Some(list) => finding(list),
         None => finding(format!("none of {processors}")).but(
             Verdict::Warning,
-            format!("`isolcpus={last} nohz_full={last} rcu_nocbs={last}` on the kernel's command line, then `uarm run --cpu {last}`; optional on a quiet machine"),
+            format!("`isolcpus={last} nohz_full={last} rcu_nocbs={last}` on the kernel's command line, then bind the loop to processor {last}; optional on a quiet machine"),
         ),
     })
 }

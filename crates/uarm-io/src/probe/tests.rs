@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::finding::Verdict;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A folder laid out like a machine; removed at the end.

@@ -169,7 +169,7 @@ fn judge(largest: u64, period: u64, realtime: &[Finding]) -> (Verdict, String) {
         _ => Verdict::Bad,
     };
     let advice = if realtime.is_empty() {
-        "measured without real-time scheduling: try `--rt prefer`"
+        "measured without real-time scheduling: ask for the policy `prefer`"
     } else if realtime.iter().any(|item| item.verdict != Verdict::Good) {
         "the thread was not granted all it asked for: get what is missing above, then measure again"
     } else {

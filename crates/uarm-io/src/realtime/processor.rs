@@ -10,9 +10,9 @@ use std::io::{self, Write as _};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Processor(usize);
 
-/// A number that no processor has.
+/// A number beyond the last processor that Linux can name.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
-#[error("{found} is no processor number: expected 0 to {last}", last = Processor::LAST)]
+#[error("{found} is not the number of a processor: expected 0 to {last}", last = Processor::LAST)]
 pub struct ProcessorError {
     found: usize,
 }
@@ -29,7 +29,7 @@ impl Processor {
         if number <= Self::LAST { Ok(Self(number)) } else { Err(ProcessorError { found: number }) }
     }
 
-    /// Its number.
+    /// The number that Linux gives the processor.
     pub const fn number(self) -> usize {
         self.0
     }

@@ -10,9 +10,9 @@ use rustix::thread::{current_timer_slack, set_current_timer_slack};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Priority(u8);
 
-/// A number that is no priority.
+/// A number outside the range of priorities.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
-#[error("{found} is no real-time priority: expected 1 to {highest}", highest = Priority::HIGHEST)]
+#[error("{found} is not a real-time priority: expected 1 to {highest}", highest = Priority::HIGHEST)]
 pub struct PriorityError {
     found: u8,
 }
@@ -33,7 +33,7 @@ impl Priority {
         if matches!(number, 1..=Self::HIGHEST) { Ok(Self(number)) } else { Err(PriorityError { found: number }) }
     }
 
-    /// Its number.
+    /// The priority as a number, 1 to 98.
     pub const fn number(self) -> u8 {
         self.0
     }
@@ -76,7 +76,7 @@ pub(super) struct Fifo(());
 impl Fifo {
     pub(super) fn enter(priority: Priority) -> (Option<Self>, Finding) {
         let finding = |found: String| Finding::good("thread under SCHED_FIFO", found, format!("priority {priority}"));
-        match system_calls::set_fifo(priority) {
+        match system_calls::set_fifo(priority.number()) {
             Ok(()) => (Some(Self(())), finding(format!("priority {priority}"))),
             Err(error) => {
                 let advice =

@@ -1,7 +1,6 @@
 //! System calls that no safe library wraps. The only unsafe code of the workspace.
 #![allow(unsafe_code)]
 
-use super::scheduling::Priority;
 use core::mem::MaybeUninit;
 use std::io;
 
@@ -19,9 +18,9 @@ fn set_scheduler(policy: libc::c_int, priority: u8) -> io::Result<()> {
     checked(unsafe { libc::syscall(libc::SYS_sched_setscheduler, CALLING_THREAD, policy, &raw const parameters) })
 }
 
-/// Puts the calling thread under `SCHED_FIFO`. Threads and processes that it starts are ordinary again.
-pub(super) fn set_fifo(priority: Priority) -> io::Result<()> {
-    set_scheduler(libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, priority.number())
+/// Puts the calling thread under `SCHED_FIFO` with a priority of 1 to 99. Threads and processes that it starts are ordinary again.
+pub(super) fn set_fifo(priority: u8) -> io::Result<()> {
+    set_scheduler(libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, priority)
 }
 
 /// Puts the calling thread under ordinary scheduling.

@@ -2,8 +2,7 @@
 
 use core::ops::Range;
 
-use dem_model::planar::{PlanarDem, PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
-use dem_model::{DemBase, DemLink, ThreeLinkDem};
+use dem_model::{DemBase, DemLink, PlanarDem, PlanarSpaceManipulator, SpaceLink, SpacecraftBody, ThreeLinkDem};
 use nalgebra::SVector;
 use proptest::prelude::*;
 
@@ -11,7 +10,7 @@ const INERTIAS: Range<f64> = 1e-3..0.1;
 const MASSES: Range<f64> = 0.1..5.0;
 const LENGTHS: Range<f64> = 0.0..0.6;
 const ANGLES: Range<f64> = -3.2..3.2;
-/// Rates in rad/s, accelerations in rad/s² and torques in N·m alike.
+/// Velocities in rad/s, accelerations in rad/s² and torques in N·m alike.
 const SIGNALS: Range<f64> = -3.0..3.0;
 
 prop_compose! {
@@ -53,7 +52,7 @@ pub fn angles<const JOINTS: usize>() -> impl Strategy<Value = SVector<f64, JOINT
     proptest::array::uniform::<_, JOINTS>(ANGLES).prop_map(SVector::from)
 }
 
-/// Rates, accelerations or torques.
+/// Velocities, accelerations or torques.
 pub fn signals<const JOINTS: usize>() -> impl Strategy<Value = SVector<f64, JOINTS>> {
     proptest::array::uniform::<_, JOINTS>(SIGNALS).prop_map(SVector::from)
 }

@@ -1,15 +1,16 @@
 //! Waiting and SDO transfers, for start and stop.
 
+use super::configuration::Setting;
 use super::error::{Expected, SdoError};
+use super::master::DriveNetwork;
 use super::receive::Event;
-use super::{DriveNetwork, Setting};
 use crate::drive::cia402::Statusword;
 use crate::drive::objects::{Object, STATUSWORD};
 use crate::drive::wire;
 use crate::link::Link;
 use crate::time::{Clock, Duration, Instant};
 use canopen_rs::sdo::{SdoAbortCode, SdoClient, SdoEvent, SdoPayload, encode_abort};
-use canopen_rs::{Address, DataType, NodeId, Value};
+use canopen_rs::{Address, DataType, NmtState, NodeId, Value};
 
 /// A network and the clock by which it waits.
 pub(super) struct Blocking<'a, L: Link, C, const JOINTS: usize> {
@@ -19,12 +20,12 @@ pub(super) struct Blocking<'a, L: Link, C, const JOINTS: usize> {
     pub(super) sdo_attempts: u8,
 }
 
-/// Command specifiers of SDO answers (CiA 301): the upper three bits of the first byte.
+/// Command specifiers of SDO responses (CiA 301): the upper three bits of the first byte.
 const SPECIFIER: u8 = 0xE0;
-const UPLOAD_ANSWER: u8 = 0x40;
-const DOWNLOAD_ANSWER: u8 = 0x60;
+const UPLOAD_RESPONSE: u8 = 0x40;
+const DOWNLOAD_RESPONSE: u8 = 0x60;
 const ABORT: u8 = 0x80;
-/// An expedited upload answer that does not say how many of its four bytes count.
+/// An expedited upload response that does not say how many of its four bytes count.
 const UPLOAD_WITHOUT_SIZE: u8 = 0x42;
 /// The longest value that `canopen-rs` transfers is 32 bytes, five segments; empty segments beyond that are nonsense.
 const MOST_EXCHANGES: u8 = 8;
@@ -42,7 +43,7 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
         mut wanted: impl FnMut(&Event) -> Option<R>,
     ) -> Result<Option<R>, L::Error> {
         /// Frames that may have queued up behind the deadline: a process that was not scheduled in time must still find
-        /// the answer that came in time, and a bus full of noise must not hold it for ever.
+        /// the response that came in time, and a bus full of noise must not hold it for ever.
         const OVERTIME_FRAMES: u32 = 256;
         let mut overtime = 0;
         loop {
@@ -66,6 +67,33 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
         }
     }
 
+    /// The drives' nodes, joint 1 first.
+    pub(super) fn nodes(&self) -> [NodeId; JOINTS] {
+        self.network.nodes.map(|node| node.id)
+    }
+
+    /// Waits until the last heartbeat of `node` is `wanted`; false if `deadline` passes first.
+    pub(super) fn reports(
+        &mut self,
+        node: NodeId,
+        deadline: Instant,
+        wanted: impl Fn(NmtState) -> bool,
+    ) -> Result<bool, L::Error> {
+        if self.nmt_state(node).is_some_and(&wanted) {
+            return Ok(true);
+        }
+        let seen = self.wait(deadline, |event| match event {
+            Event::Heartbeat(from, state) if *from == node && wanted(*state) => Some(()),
+            _ => None,
+        })?;
+        Ok(seen.is_some())
+    }
+
+    /// The NMT state in the last heartbeat of `node`; `None` before the first.
+    pub(super) fn nmt_state(&self, node: NodeId) -> Option<NmtState> {
+        self.network.nodes.iter().find(|other| other.id == node)?.health.nmt_state
+    }
+
     /// Lets `duration` pass.
     pub(super) fn pause(&mut self, duration: Duration) -> Result<(), L::Error> {
         let deadline = self.clock.now() + duration;
@@ -85,7 +113,7 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
     ) -> Result<Value, SdoError<L::Error>> {
         let expected = Expected::Value(data_type);
         let value = self.transfer(node, object, expected, |client| client.read(object, data_type))?;
-        value.ok_or(SdoError::Answer { node: node.raw(), object, command: DOWNLOAD_ANSWER, expected })
+        value.ok_or(SdoError::Response { node: node.raw(), object, command: DOWNLOAD_RESPONSE, expected })
     }
 
     /// Writes an object.
@@ -98,10 +126,10 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
     pub(super) fn statusword(&mut self, node: NodeId) -> Result<Statusword, SdoError<L::Error>> {
         match self.read(node, &STATUSWORD)? {
             Value::Unsigned16(bits) => Ok(Statusword::from_bits(bits)),
-            _ => Err(SdoError::Answer {
+            _ => Err(SdoError::Response {
                 node: node.raw(),
                 object: STATUSWORD.address(),
-                command: UPLOAD_ANSWER,
+                command: UPLOAD_RESPONSE,
                 expected: Expected::Value(STATUSWORD.data_type),
             }),
         }
@@ -142,37 +170,39 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
         for _ in 0..MOST_EXCHANGES {
             self.network.send(&wire::sdo_request_frame(node, &request))?;
             let deadline = self.clock.now() + self.network.configuration.timeouts.sdo;
-            let answer = self.wait(deadline, |event| match event {
+            let response = self.wait(deadline, |event| match event {
                 Event::Sdo(from, payload) if *from == node && concerns(payload, object) => Some(*payload),
                 _ => None,
             })?;
-            let Some(answer) = answer else { return Ok(None) };
-            let answer = sized(answer, expected);
-            [command, ..] = answer;
-            match client.on_response(&answer) {
+            let Some(response) = response else { return Ok(None) };
+            let response = sized(response, expected);
+            [command, ..] = response;
+            match client.on_response(&response) {
                 SdoEvent::Send(next) => request = next,
                 SdoEvent::Complete(value) => return Ok(Some(value)),
                 SdoEvent::Aborted(code) if command == ABORT => {
                     return Err(SdoError::Abort { node: node.raw(), object, code });
                 }
-                // The client's own verdict on an answer that it cannot use.
+                // The client's own verdict on an response that it cannot use.
                 SdoEvent::Aborted(_) => break,
             }
         }
-        Err(SdoError::Answer { node: node.raw(), object, command, expected })
+        Err(SdoError::Response { node: node.raw(), object, command, expected })
     }
 }
 
-/// False for a late answer about another object. Segments carry no address.
+/// False for a late response about another object. Segments carry no address.
 fn concerns(payload: &[u8; 8], object: Address) -> bool {
     let [command, low, high, subindex, ..] = *payload;
     match command & SPECIFIER {
-        UPLOAD_ANSWER | DOWNLOAD_ANSWER | ABORT => Address::new(u16::from_le_bytes([low, high]), subindex) == object,
+        UPLOAD_RESPONSE | DOWNLOAD_RESPONSE | ABORT => {
+            Address::new(u16::from_le_bytes([low, high]), subindex) == object
+        }
         _ => true,
     }
 }
 
-/// Some drives leave the size out of an expedited answer; the type says it.
+/// Some drives leave the size out of an expedited response; the type says it.
 fn sized(mut payload: [u8; 8], expected: Expected) -> [u8; 8] {
     let size = match expected {
         Expected::Value(data_type) => data_type.fixed_size().and_then(|size| u8::try_from(size).ok()),

@@ -17,9 +17,9 @@ pub type Settings = heapless::Vec<Setting, MAX_SETTINGS>;
 /// One object to be written at start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// Where.
+    /// The object that is written.
     pub address: Address,
-    /// What.
+    /// The value that is written, of the object's type.
     pub value: Value,
     /// Whether it is read again.
     pub read_back: ReadBack,
@@ -66,7 +66,7 @@ impl Setting {
 /// One drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveConfiguration {
-    /// Its node.
+    /// The node id on the bus, 1 to 126.
     pub node: NodeId,
     /// What 608Fh:01 must read: counts in [`DriveConfiguration::encoder_revolutions`].
     pub encoder_increments: u32,
@@ -220,9 +220,9 @@ pub struct NetworkConfiguration<const JOINTS: usize> {
     pub sync_payload: SyncPayload,
     /// What emergencies do.
     pub emergency_reaction: EmergencyReaction,
-    /// How soon after a SYNC an answer to it can be here; what comes sooner is of an earlier SYNC. Zero where the bus
-    /// has no bit rate, [`crate::bus_time::BitRate::earliest_answer`] where it has.
-    pub earliest_answer: Duration,
+    /// How soon after a SYNC feedback for it can be here; what comes sooner is of an earlier SYNC. Zero where the bus
+    /// has no bit rate, [`crate::bus_time::BitRate::earliest_feedback`] where it has.
+    pub earliest_feedback: Duration,
 }
 
 /// What no network can be run with.
@@ -234,7 +234,7 @@ pub enum ConfigurationError {
     /// Two joints on one node, or one on the master's.
     #[error("node {node} is used twice, or is the master's ({MASTER_NODE})")]
     NodeTaken {
-        /// The node.
+        /// The node id that is used twice.
         node: u8,
     },
     /// A period that 60C2h cannot hold.
@@ -248,9 +248,9 @@ pub enum ConfigurationError {
         "a heartbeat every {period:?} with a timeout of {timeout:?}: whole milliseconds, 1 to 65535, the timeout longer than the period"
     )]
     Heartbeat {
-        /// Its period.
+        /// The period of the heartbeat.
         period: Duration,
-        /// Its timeout.
+        /// How long its absence is borne.
         timeout: Duration,
     },
 }
@@ -278,7 +278,7 @@ impl<const JOINTS: usize> NetworkConfiguration<JOINTS> {
             timeouts: Timeouts::default(),
             sync_payload: SyncPayload::default(),
             emergency_reaction: EmergencyReaction::default(),
-            earliest_answer: Duration::ZERO,
+            earliest_feedback: Duration::ZERO,
         })
     }
 

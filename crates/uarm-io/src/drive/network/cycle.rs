@@ -1,7 +1,8 @@
 //! What happens in each cycle: SYNC out, feedback in, torques out, supervision.
 
+use super::configuration::EmergencyReaction;
 use super::error::{CycleError, NodeSet};
-use super::{DriveNetwork, EmergencyReaction, Node};
+use super::master::{DriveNetwork, Node};
 use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
 use crate::drive::wire::{self, DriveCommand, SyncCounter};
 use crate::link::Link;
@@ -13,7 +14,7 @@ use canopen_rs::NmtState;
 pub struct Feedback<const JOINTS: usize> {
     /// When the SYNC was handed to the link: the instant that the positions belong to.
     pub sync_at: Instant,
-    /// From there to the last drive's answer.
+    /// Feedback latency: from there to the last drive's feedback.
     pub latency: Duration,
     /// 6064h, counts.
     pub positions: [i32; JOINTS],
@@ -22,7 +23,7 @@ pub struct Feedback<const JOINTS: usize> {
 }
 
 impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
-    /// Sends the SYNC, after taking in what is left of earlier cycles, so that a late answer cannot pass for one to
+    /// Sends the SYNC, after taking in what is left of earlier cycles, so that late feedback cannot pass for that of
     /// this SYNC. Returns when it was handed to the link.
     ///
     /// # Errors
@@ -42,11 +43,11 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         Ok(self.sync_at)
     }
 
-    /// Takes in the answers to the SYNC, until all are here or `deadline` passes, and supervises the drives.
+    /// Takes in the drives' feedback, until all of it is here or `deadline` passes, and supervises the drives.
     ///
     /// # Errors
     /// The first of: [`CycleError::Link`]; an emergency, if the configuration says so; a drive that is not in
-    /// *Operation enabled*; missing answers.
+    /// *Operation enabled*; missing feedback.
     pub fn collect(&mut self, deadline: Instant) -> Result<Feedback<JOINTS>, CycleError<L::Error>> {
         while self.nodes.iter().any(|node| node.fresh.is_none()) {
             match self.link.receive(deadline)? {
@@ -117,7 +118,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         Ok(())
     }
 
-    /// An error for the first drive whose answer says that it is not in *Operation enabled*.
+    /// An error for the first drive whose feedback says that it is not in *Operation enabled*.
     fn enabled(&self) -> Result<(), CycleError<L::Error>> {
         for Node { fresh, health, .. } in &self.nodes {
             if let Some(found) = fresh.map(|feedback| feedback.statusword)
@@ -129,7 +130,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         Ok(())
     }
 
-    /// The answers of all drives; counts those that are missing.
+    /// The feedback of all drives; counts what is missing.
     fn feedback(&mut self) -> Result<Feedback<JOINTS>, CycleError<L::Error>> {
         let mut missing = NodeSet::default();
         for node in self.nodes.iter_mut().filter(|node| node.fresh.is_none()) {
@@ -140,12 +141,12 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         if !missing.is_empty() {
             return Err(CycleError::Missing { missing, joints: JOINTS });
         }
-        let answers = self.nodes.map(|node| node.fresh.unwrap_or_default());
+        let feedbacks = self.nodes.map(|node| node.fresh.unwrap_or_default());
         Ok(Feedback {
             sync_at: self.sync_at,
             latency: self.nodes.iter().map(|node| node.health.latency).max().unwrap_or_default(),
-            positions: answers.map(|answer| answer.position),
-            statuswords: answers.map(|answer| answer.statusword),
+            positions: feedbacks.map(|feedback| feedback.position),
+            statuswords: feedbacks.map(|feedback| feedback.statusword),
         })
     }
 }

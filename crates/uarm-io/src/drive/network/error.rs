@@ -12,12 +12,12 @@ pub enum SdoError<E> {
     /// The link failed.
     #[error("the CAN link failed")]
     Link(#[from] E),
-    /// No answer.
+    /// The drive did not answer.
     #[error("node {node} did not answer for {} in {waited:?}, {attempts} times", Named(*.object))]
     Timeout {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
-        /// The object.
+        /// The object that was read or written.
         object: Address,
         /// Time waited each time.
         waited: Duration,
@@ -27,21 +27,21 @@ pub enum SdoError<E> {
     /// The drive refused.
     #[error("node {node} refused {}: {} ({code:08X}h)", Named(*.object), words::abort_code(*.code))]
     Abort {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
-        /// The object.
+        /// The object that was read or written.
         object: Address,
         /// The code it gave.
         code: u32,
     },
-    /// The drive's answer is none to this request, or of another length than the object's type.
+    /// The drive's response does not fit the request, or has another length than the object's type.
     #[error("node {node} answered for {} with command {command:02X}h, expected a {expected}", Named(*.object))]
-    Answer {
-        /// The drive.
+    Response {
+        /// The drive's node id.
         node: u8,
-        /// The object.
+        /// The object that was read or written.
         object: Address,
-        /// First byte of its answer.
+        /// The command specifier, first byte of the response.
         command: u8,
         /// What was asked for.
         expected: Expected,
@@ -80,7 +80,7 @@ pub enum StartError<E> {
         "node {node} did not boot in {waited:?} after its reset: is it powered, and on this bus with this bit rate?"
     )]
     NoBootUp {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
         /// Time waited.
         waited: Duration,
@@ -88,7 +88,7 @@ pub enum StartError<E> {
     /// Not a drive.
     #[error("node {node} has device profile {profile}, expected 402, a drive")]
     NotADrive {
-        /// The node.
+        /// Its node id.
         node: u8,
         /// Low word of 1000h.
         profile: u16,
@@ -96,31 +96,31 @@ pub enum StartError<E> {
     /// An object reads otherwise than it was written.
     #[error("node {node}: {} was written as {} and reads {}", Named(*.object), Shown(*.written), Shown(*.found))]
     ReadBack {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
-        /// The object.
+        /// The object that was read or written.
         object: Address,
-        /// Written.
+        /// The value written.
         written: Value,
-        /// Read.
+        /// The value read.
         found: Value,
     },
     /// The drive is another than the configuration says.
     #[error("node {node}: {} is {}, the configuration says {}", Named(*.object), Shown(*.found), Shown(*.expected))]
     Mismatch {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
-        /// The object.
+        /// The object that was read or written.
         object: Address,
-        /// Configured.
+        /// The value that the configuration states.
         expected: Value,
-        /// Read.
+        /// The value read.
         found: Value,
     },
     /// The drive did not become operational.
     #[error("node {node} reports {}, expected NMT Operational", OptionalState(*.found))]
     NotOperational {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
         /// Its last heartbeat.
         found: Option<NmtState>,
@@ -128,11 +128,11 @@ pub enum StartError<E> {
     /// The drive did not reach a state of CiA 402.
     #[error("node {node} is in {found}, expected {expected} after {waited:?}{}", LastEmergency(*.emergency))]
     NotReached {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
-        /// Wanted.
+        /// The state that was wanted.
         expected: PowerState,
-        /// Its statusword.
+        /// The statusword that it reported.
         found: Statusword,
         /// Time waited.
         waited: Duration,
@@ -168,9 +168,9 @@ pub enum CycleError<E> {
     /// A drive left *Operation enabled*.
     #[error("node {node} is in {found}, expected Operation enabled{}", LastEmergency(*.emergency))]
     NotEnabled {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
-        /// Its statusword.
+        /// The statusword that it reported.
         found: Statusword,
         /// Its last emergency message.
         emergency: Option<EmergencyMessage>,
@@ -178,15 +178,15 @@ pub enum CycleError<E> {
     /// A drive reported an emergency.
     #[error("node {node} reports an emergency: {}", Emergency(*.message))]
     Emergency {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
-        /// Its message.
+        /// The emergency message.
         message: EmergencyMessage,
     },
     /// A drive's heartbeat stopped.
     #[error("node {node} has been silent for {silence:?}, expected a heartbeat within {limit:?}")]
     Lost {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
         /// Time since its last heartbeat.
         silence: Duration,
@@ -196,9 +196,9 @@ pub enum CycleError<E> {
     /// A drive left NMT Operational, or booted anew ([`NmtState::Initialising`]).
     #[error("node {node} reports {}, expected NMT Operational", OptionalState(Some(*.found)))]
     NotOperational {
-        /// The drive.
+        /// The drive's node id.
         node: u8,
-        /// Its state.
+        /// The NMT state that it reported.
         found: NmtState,
     },
 }

@@ -8,13 +8,13 @@ use core::time::Duration;
 /// Counters and ages of one drive, since the network was built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NodeHealth {
-    /// The node.
+    /// The drive's node id.
     pub node: u8,
-    /// TPDO1 frames that answered the SYNC before them.
+    /// TPDO1 frames that came in time for the SYNC before them.
     pub feedbacks: u64,
     /// Cycles whose deadline passed without one.
     pub missed_feedbacks: u64,
-    /// TPDO1 frames that came after their deadline, or too soon to answer the last SYNC.
+    /// TPDO1 frames that came after their deadline, or too soon to belong to the last SYNC.
     pub stale_feedbacks: u64,
     /// TPDO1 frames beyond the first in one cycle: one of them was late, or somebody else sends SYNCs.
     pub surplus_feedbacks: u64,

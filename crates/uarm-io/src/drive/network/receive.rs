@@ -1,7 +1,7 @@
 //! The one place where frames from the drives are read.
 
 use super::health::arrived;
-use super::{DriveNetwork, Node};
+use super::master::{DriveNetwork, Node};
 use crate::drive::wire::{self, Channel, DriveFeedback, EmergencyMessage};
 use crate::link::{Link, Received};
 use crate::time::Instant;
@@ -11,7 +11,7 @@ use core::time::Duration;
 /// What a frame said.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Event {
-    /// A drive answered the last SYNC.
+    /// A drive's feedback for the last SYNC.
     Feedback,
     /// A drive's heartbeat or boot-up.
     Heartbeat(NodeId, NmtState),
@@ -27,14 +27,14 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// Reads a frame into the health record and says what it was.
     pub(super) fn absorb(&mut self, received: &Received) -> Event {
         self.traffic.received += 1;
-        let earliest_answer = self.sync_at + self.configuration.earliest_answer;
+        let earliest_feedback = self.sync_at + self.configuration.earliest_feedback;
         let sync_at = self.sync_at;
         let Some((channel, node)) = self.sender(received) else {
             self.traffic.unexpected += 1;
             return Event::Nothing;
         };
         let read = match channel {
-            Channel::Tpdo1(_) if node.missed || received.at < earliest_answer => {
+            Channel::Tpdo1(_) if node.missed || received.at < earliest_feedback => {
                 node.health.stale_feedbacks += 1;
                 Ok(Event::Nothing)
             }

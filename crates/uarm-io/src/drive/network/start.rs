@@ -3,12 +3,12 @@
 use super::blocking::Blocking;
 use super::configuration::{DriveConfiguration, ReadBack, Setting};
 use super::error::{SdoError, StartError};
-use super::receive::Event;
+use super::master::{DriveNetwork, new_counter};
 use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
 use crate::drive::objects::{self, Object};
 use crate::drive::wire::{self, DriveCommand};
 use crate::link::Link;
-use crate::time::{Clock, Duration, Instant};
+use crate::time::{Clock, Duration};
 use canopen_rs::{NmtCommand, NmtState, NodeId, Value};
 
 /// What the drives said of themselves at start, joint 1 first.
@@ -33,10 +33,27 @@ pub struct DriveIdentity {
     pub position: i32,
 }
 
+impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
+    /// Resets, configures and enables all drives; blocks.
+    ///
+    /// NMT reset communication and boot-up; per drive: device type, the settings of its configuration, those of the
+    /// protocol, each read back, then 608Fh and 6076h compared; NMT start; CiA 402 to *Switched on*, and when all are
+    /// there, to *Operation enabled*, where brakes open; mode of operation 6061h. All torques are zero, and no SYNC is
+    /// sent: the first belongs to the loop. From here on the caller owes a [`DriveNetwork::housekeeping`] at least once
+    /// per master heartbeat.
+    ///
+    /// # Errors
+    /// [`StartError`]; call [`DriveNetwork::stop`] then, since some drives may be enabled.
+    pub fn start<C: Clock>(&mut self, clock: &C) -> Result<Started<JOINTS>, StartError<L::Error>> {
+        self.sync_counter = new_counter(&self.configuration);
+        Blocking::new(self, clock).start()
+    }
+}
+
 type Outcome<T, L> = Result<T, StartError<<L as Link>::Error>>;
 
 impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
-    /// See [`super::DriveNetwork::start`].
+    /// See [`DriveNetwork::start`].
     pub(super) fn start(&mut self) -> Outcome<Started<JOINTS>, L> {
         self.network.drain()?;
         self.boot()?;
@@ -60,10 +77,6 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         Ok(Started { drives })
     }
 
-    pub(super) fn nodes(&self) -> [NodeId; JOINTS] {
-        self.network.nodes.map(|node| node.id)
-    }
-
     /// Resets all drives and waits for their boot-up messages.
     fn boot(&mut self) -> Outcome<(), L> {
         for node in &mut self.network.nodes {
@@ -81,27 +94,6 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
             }
         }
         Ok(())
-    }
-
-    /// Waits until the last heartbeat of `node` is `wanted`; false if `deadline` passes first.
-    pub(super) fn reports(
-        &mut self,
-        node: NodeId,
-        deadline: Instant,
-        wanted: impl Fn(NmtState) -> bool,
-    ) -> Result<bool, L::Error> {
-        if self.nmt_state(node).is_some_and(&wanted) {
-            return Ok(true);
-        }
-        let seen = self.wait(deadline, |event| match event {
-            Event::Heartbeat(from, state) if *from == node && wanted(*state) => Some(()),
-            _ => None,
-        })?;
-        Ok(seen.is_some())
-    }
-
-    fn nmt_state(&self, node: NodeId) -> Option<NmtState> {
-        self.network.nodes.iter().find(|other| other.id == node)?.health.nmt_state
     }
 
     /// Writes and checks everything in one drive.

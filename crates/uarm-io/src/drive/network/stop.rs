@@ -1,6 +1,7 @@
 //! From any state to brakes closed, as well as it can be done.
 
 use super::blocking::Blocking;
+use super::master::DriveNetwork;
 use crate::drive::cia402::{Command, Controlword, PowerState};
 use crate::drive::wire::{self, DriveCommand};
 use crate::link::Link;
@@ -22,7 +23,7 @@ pub enum Confirmation {
 /// How one drive was stopped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DriveStop {
-    /// The node.
+    /// The drive's node id.
     pub node: u8,
     /// Torque 0 and quick stop: the drive no longer is in *Operation enabled*.
     pub quick_stop: Confirmation,
@@ -46,8 +47,17 @@ impl<const JOINTS: usize> StopReport<JOINTS> {
     }
 }
 
+impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
+    /// Stops all drives as well as it can be done: torque 0, quick stop, power off and brakes, NMT stop; blocks.
+    ///
+    /// Never fails: what a drive did not confirm is told in the report.
+    pub fn stop<C: Clock>(&mut self, clock: &C) -> StopReport<JOINTS> {
+        Blocking::new(self, clock).stop()
+    }
+}
+
 impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
-    /// See [`super::DriveNetwork::stop`]. Each step goes to all drives before any of them is waited for.
+    /// See [`DriveNetwork::stop`]. Each step goes to all drives before any of them is waited for.
     pub(super) fn stop(&mut self) -> StopReport<JOINTS> {
         // A drive that does not answer must not hold up the others three times.
         self.sdo_attempts = 1;

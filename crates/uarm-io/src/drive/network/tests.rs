@@ -3,9 +3,11 @@ mod cycle;
 mod start;
 
 use super::*;
+use crate::drive::wire;
 use crate::time::Duration;
 use crate::torque::RatedTorque;
 use bus::FakeBus;
+use canopen_rs::NodeId;
 
 const PERIOD: Duration = Duration::from_millis(3);
 

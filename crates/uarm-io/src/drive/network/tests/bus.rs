@@ -43,6 +43,8 @@ pub struct Script {
     pub no_size: bool,
     /// Fault resets that it needs before it leaves *Fault*.
     pub stubborn_faults: u8,
+    /// The mode that 6061h shows, whatever mode was written.
+    pub shows_mode: Option<i8>,
     /// Stays silent on NMT start.
     pub ignores_nmt_start: bool,
 }
@@ -155,7 +157,8 @@ impl FakeDrive {
         let status = Value::Unsigned16(Statusword::of(self.power).bits());
         self.dictionary.set(STATUSWORD.address(), status).unwrap();
         self.dictionary.set(POSITION_ACTUAL.address(), Value::Integer32(self.position)).unwrap();
-        let mode = self.dictionary.read(MODE_OF_OPERATION.address()).unwrap();
+        let written = self.dictionary.read(MODE_OF_OPERATION.address()).unwrap();
+        let mode = self.script.shows_mode.map_or(written, Value::Integer8);
         self.dictionary.set(MODE_OF_OPERATION_DISPLAY.address(), mode).unwrap();
         let mut answer = self.server.handle(&mut self.dictionary, &request)?;
         if self.script.no_size && answer[0] & 0xE3 == 0x43 {

@@ -114,7 +114,7 @@ fn late_answers_are_told_without_stamps_too() {
 #[test]
 fn an_answer_that_is_too_early_for_its_sync_is_stale() {
     let mut configuration = configuration();
-    configuration.earliest_answer = Duration::from_micros(144);
+    configuration.earliest_feedback = Duration::from_micros(144);
     let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
     start(&mut network).unwrap();
     for drive in &mut network.link_mut().drives {
@@ -215,10 +215,14 @@ fn stopping_is_confirmed_by_every_drive() {
     let report = stop(&mut network);
     assert!(report.all_off());
     for (stopped, drive) in report.drives.iter().zip(&network.link().drives) {
-        assert_eq!(stopped.quick_stop, Confirmation::Confirmed);
-        assert_eq!(stopped.nmt_stop, Confirmation::Confirmed);
-        assert_eq!(drive.power, PowerState::SwitchOnDisabled);
-        assert_eq!(drive.commands.last().unwrap().target_torque, 0);
+        let [quick_stop, power_off, nmt_stop] = [stopped.quick_stop, stopped.power_off, stopped.nmt_stop];
+        assert_eq!([quick_stop, power_off, nmt_stop], [Confirmation::Confirmed; 3]);
+        assert_eq!(stopped.node, drive.node.raw());
+        assert_eq!((drive.power, drive.nmt), (PowerState::SwitchOnDisabled, NmtState::Stopped));
+        // A quick stop, then power off, both without torque.
+        let [.., before, last] = &drive.commands[..] else { panic!("two commands") };
+        assert_eq!([before, last].map(|command| command.controlword.bits()), [0x02, 0x00]);
+        assert_eq!([before, last].map(|command| command.target_torque), [0, 0]);
     }
 }
 
@@ -230,7 +234,8 @@ fn stopping_reports_what_was_not_confirmed() {
     let report = stop(&mut network);
     assert!(!report.all_off());
     assert_eq!(report.drives[0].power_off, Confirmation::Confirmed);
-    assert_eq!(report.drives[1].power_off, Confirmation::Unconfirmed);
+    let DriveStop { quick_stop, power_off, nmt_stop, .. } = report.drives[1];
+    assert_eq!([quick_stop, power_off, nmt_stop], [Confirmation::Unconfirmed; 3]);
     assert_eq!(report.drives[2].power_off, Confirmation::Confirmed);
     // The dead drive costs two SDO timeouts and one of NMT, 0.9 s, and not more.
     assert!(network.link().clock.now().since(now) < Duration::from_millis(950));
@@ -238,7 +243,23 @@ fn stopping_reports_what_was_not_confirmed() {
     let mut network = started();
     network.link_mut().down = true;
     let report = stop(&mut network);
-    assert!(report.drives.iter().all(|drive| drive.quick_stop == Confirmation::NotSent));
+    for DriveStop { quick_stop, power_off, nmt_stop, .. } in report.drives {
+        assert_eq!([quick_stop, power_off, nmt_stop], [Confirmation::NotSent; 3]);
+    }
+}
+
+#[test]
+fn a_drive_that_stays_enabled_is_not_reported_as_stopped() {
+    let mut network = started();
+    network.link_mut().drives[1].script.stuck_in = Some(PowerState::OperationEnabled);
+    let before = network.link().clock.now();
+    let report = stop(&mut network);
+    assert!(!report.all_off());
+    let DriveStop { quick_stop, power_off, nmt_stop, .. } = report.drives[1];
+    let expected = [Confirmation::Unconfirmed, Confirmation::Unconfirmed, Confirmation::Confirmed];
+    assert_eq!([quick_stop, power_off, nmt_stop], expected);
+    // It was asked for the 2 s that a drive may take, twice.
+    assert!(network.link().clock.now().since(before) >= Duration::from_secs(4));
 }
 
 #[test]

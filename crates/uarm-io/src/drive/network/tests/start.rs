@@ -199,6 +199,53 @@ fn a_drive_that_stays_pre_operational_is_named() {
 }
 
 #[test]
+fn a_boot_up_from_before_the_reset_is_not_taken_for_one_after_it() {
+    let mut network = network();
+    network.link_mut().drives[1].script.never_boots = true;
+    let now = network.link().clock.now();
+    let boot_up = wire::heartbeat_frame(NodeId::new(2).unwrap(), NmtState::Initialising);
+    network.link_mut().inject(now, boot_up);
+    assert!(matches!(start(&mut network), Err(StartError::NoBootUp { node: 2, .. })));
+}
+
+#[test]
+fn a_drive_that_shows_another_mode_is_refused() {
+    let mut network = network();
+    network.link_mut().drives[1].script.shows_mode = Some(8);
+    let error = start(&mut network).unwrap_err();
+    let (object, expected, found) = (Address::new(0x6061, 0), Value::Integer8(10), Value::Integer8(8));
+    assert_eq!(error, StartError::Mismatch { node: 2, object, expected, found });
+}
+
+#[test]
+fn an_emergency_of_the_last_run_does_not_end_the_next() {
+    let mut network = network();
+    network.link_mut().inject_emergency(1, 0x8130);
+    start(&mut network).unwrap();
+    let mut clock = network.link().clock.clone();
+    let now = clock.now();
+    network.sync().unwrap();
+    network.collect(now + Duration::from_millis(2)).unwrap();
+    network.send_torques([0; 3]).unwrap();
+    network.housekeeping(now).unwrap();
+    clock.sleep_until(now + PERIOD);
+    assert_eq!(network.health().nodes[0].emergencies, 1);
+}
+
+/// After each silence the transfer is aborted (0504 0000h), so that the drive does not wait for the rest of it.
+#[test]
+fn a_request_that_was_not_answered_is_aborted() {
+    let mut network = network();
+    network.link_mut().drives[0].script.mute_object = Some(DEVICE_TYPE.address());
+    assert!(matches!(start(&mut network), Err(StartError::Sdo(SdoError::Timeout { node: 1, attempts: 3, .. }))));
+    let to_drive = network.link().sent.iter().filter(|frame| frame.id().as_raw() == 0x601);
+    let frames: Vec<[u8; 8]> = to_drive.map(|frame| frame.data().try_into().unwrap()).collect();
+    let request = [0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0];
+    let abort = [0x80, 0x00, 0x10, 0x00, 0x00, 0x00, 0x04, 0x05];
+    assert_eq!(frames, [request, abort, request, abort, request, abort]);
+}
+
+#[test]
 fn a_stuck_drive_is_named_with_its_last_emergency() {
     let mut network = network();
     network.link_mut().drives[1].script.stuck_in = Some(PowerState::SwitchedOn);
@@ -228,6 +275,11 @@ fn configurations_are_checked() {
     assert!(Heartbeats::new(ms(50), ms(100), Duration::from_micros(1500), ms(50)).is_err());
     assert!(Heartbeats::new(ms(50), ms(100), ms(10), ms(70_000)).is_err());
     assert!(Heartbeats::new(ms(50), ms(100), ms(10), ms(50)).is_ok());
+    // A timeout of exactly one period is one late heartbeat away from a brake.
+    let refused = Err(ConfigurationError::Heartbeat { period: ms(10), timeout: ms(10) });
+    assert_eq!(Heartbeats::new(ms(50), ms(100), ms(10), ms(10)), refused);
+    let kept = Heartbeats::new(ms(50), ms(51), ms(10), ms(11)).unwrap();
+    assert_eq!((kept.drive_timeout(), kept.master_period(), kept.master_timeout()), (ms(51), ms(10), ms(11)));
 }
 
 #[test]
@@ -300,7 +352,7 @@ fn endless_segments_are_cut() {
     }
     let error = start(&mut network).unwrap_err();
     assert!(
-        matches!(error, StartError::Sdo(SdoError::Answer { node: 1, object, .. }) if object == Address::new(0x1000, 0)),
+        matches!(error, StartError::Sdo(SdoError::Response { node: 1, object, .. }) if object == Address::new(0x1000, 0)),
         "{error}"
     );
 }

@@ -6,19 +6,37 @@
 //!
 //! Neither reads anything of the base.
 
-use super::{arm_velocities, configuration};
+use crate::base_acceleration::{BaseAcceleration, UnsupportedBaseAcceleration};
+use crate::model_coordinates::{arm_velocities, configuration};
 use crate::{AuxiliaryMotion, Measurement};
 use dem_model::{Scalar, ThreeLinkDem};
 use nalgebra::Vector2;
 
 /// Which nominal torque is meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum NominalForm {
     /// F of the paper.
     #[default]
+    #[cfg_attr(feature = "serde", serde(alias = "paper"))]
     ActiveJoints,
     /// F̄, our extension.
     Reduced,
+}
+
+impl TryFrom<BaseAcceleration> for NominalForm {
+    type Error = UnsupportedBaseAcceleration;
+
+    /// Without base acceleration F is what is left, and F̄ is the reduced form.
+    fn try_from(mode: BaseAcceleration) -> Result<Self, UnsupportedBaseAcceleration> {
+        match mode {
+            BaseAcceleration::Omitted => Ok(Self::ActiveJoints),
+            BaseAcceleration::Reduced => Ok(Self::Reduced),
+            found => {
+                Err(UnsupportedBaseAcceleration { found, expected: "omitted or reduced: the law reads no base data" })
+            }
+        }
+    }
 }
 
 /// A manipulator's nominal parameters, and the form in which a law uses them.

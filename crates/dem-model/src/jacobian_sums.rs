@@ -6,52 +6,55 @@
 
 use nalgebra::{RowSVector, SMatrix, SVector, Vector2};
 
-use super::PlanarDem;
-use crate::Scalar;
+use crate::dem::PlanarDem;
+use crate::scalar::Scalar;
 
 /// Where the next joint of a walk along the chain is, how fast it moves, and how both change with the coordinates.
 struct Walk<T, const JOINTS: usize> {
     /// Orientation of the current link, in rad from +x.
     angle: T,
-    /// Rate of that orientation, in rad/s.
-    rate: T,
+    /// Angular velocity of the current link, in rad/s.
+    velocity: T,
     /// ∂angle/∂q: ones up to the current joint.
     angle_gradient: RowSVector<T, JOINTS>,
     /// ∂position/∂q of the current joint, in m.
     jacobian: SMatrix<T, 2, JOINTS>,
     /// Its time derivative, in m/s.
-    jacobian_rate: SMatrix<T, 2, JOINTS>,
+    jacobian_derivative: SMatrix<T, 2, JOINTS>,
 }
 
 impl<T: Scalar, const JOINTS: usize> Walk<T, JOINTS> {
     fn from_fixed_base() -> Self {
         Self {
             angle: T::zero(),
-            rate: T::zero(),
+            velocity: T::zero(),
             angle_gradient: RowSVector::zeros(),
             jacobian: SMatrix::zeros(),
-            jacobian_rate: SMatrix::zeros(),
+            jacobian_derivative: SMatrix::zeros(),
         }
     }
 
     /// Turns into the link whose joint is number `joint` of the coordinates.
-    fn turn(&mut self, joint: usize, angle: T, rate: T) {
+    fn turn(&mut self, joint: usize, angle: T, velocity: T) {
         self.angle += angle;
-        self.rate += rate;
+        self.velocity += velocity;
         self.angle_gradient = RowSVector::from_fn(|_, column| if column <= joint { T::one() } else { T::zero() });
     }
 
-    /// Jacobian and its rate of the point at `distance` along the current link.
+    /// Jacobian and its time derivative of the point at `distance` along the current link.
     fn point(&self, distance: T) -> (SMatrix<T, 2, JOINTS>, SMatrix<T, 2, JOINTS>) {
         let (sin, cos) = self.angle.sin_cos();
         let tangent = Vector2::new(-sin, cos) * distance;
-        let tangent_rate = Vector2::new(-cos, -sin) * (distance * self.rate);
-        (self.jacobian + tangent * self.angle_gradient, self.jacobian_rate + tangent_rate * self.angle_gradient)
+        let tangent_derivative = Vector2::new(-cos, -sin) * (distance * self.velocity);
+        (
+            self.jacobian + tangent * self.angle_gradient,
+            self.jacobian_derivative + tangent_derivative * self.angle_gradient,
+        )
     }
 
     /// Goes to the joint at the end of the current link.
     fn advance(&mut self, length: T) {
-        (self.jacobian, self.jacobian_rate) = self.point(length);
+        (self.jacobian, self.jacobian_derivative) = self.point(length);
     }
 }
 
@@ -60,7 +63,7 @@ impl<T: Scalar, const LINKS: usize> PlanarDem<T, LINKS> {
     /// `JOINTS` is `LINKS` + 1 (checked when it is compiled).
     ///
     /// ```
-    /// use dem_model::planar::PlanarSpaceManipulator;
+    /// use dem_model::PlanarSpaceManipulator;
     /// use nalgebra::Vector3;
     ///
     /// let dem = PlanarSpaceManipulator::<f64, 2>::table_1().dynamically_equivalent();
@@ -71,35 +74,35 @@ impl<T: Scalar, const LINKS: usize> PlanarDem<T, LINKS> {
         self.mass_and_coriolis(q, &SVector::zeros()).0
     }
 
-    /// The Coriolis matrix C(q, q̇) by Christoffel symbols, in kg·m²/s; `q` in rad and `rate` in rad/s as in
+    /// The Coriolis matrix C(q, q̇) by Christoffel symbols, in kg·m²/s; `q` in rad and `velocity` in rad/s as in
     /// [`mass_matrix`](Self::mass_matrix).
     pub fn coriolis_matrix<const JOINTS: usize>(
         &self,
         q: &SVector<T, JOINTS>,
-        rate: &SVector<T, JOINTS>,
+        velocity: &SVector<T, JOINTS>,
     ) -> SMatrix<T, JOINTS, JOINTS> {
-        self.mass_and_coriolis(q, rate).1
+        self.mass_and_coriolis(q, velocity).1
     }
 
     fn mass_and_coriolis<const JOINTS: usize>(
         &self,
         q: &SVector<T, JOINTS>,
-        rate: &SVector<T, JOINTS>,
+        velocity: &SVector<T, JOINTS>,
     ) -> (SMatrix<T, JOINTS, JOINTS>, SMatrix<T, JOINTS, JOINTS>) {
         const { assert!(JOINTS == LINKS + 1, "one coordinate for the base and one for each link of the arm") };
         let mut walk = Walk::<T, JOINTS>::from_fixed_base();
-        walk.turn(0, q[0], rate[0]);
+        walk.turn(0, q[0], velocity[0]);
         let mut mass: SMatrix<T, JOINTS, JOINTS> =
             walk.angle_gradient.transpose() * walk.angle_gradient * self.base().inertia;
         let mut coriolis = SMatrix::<T, JOINTS, JOINTS>::zeros();
         walk.advance(self.base().length);
         for (index, link) in self.links().iter().enumerate() {
             let joint = index + 1;
-            walk.turn(joint, q[joint], rate[joint]);
-            let (jacobian, jacobian_rate) = walk.point(link.centre_of_mass);
+            walk.turn(joint, q[joint], velocity[joint]);
+            let (jacobian, jacobian_derivative) = walk.point(link.centre_of_mass);
             mass += jacobian.transpose() * jacobian * link.mass
                 + walk.angle_gradient.transpose() * walk.angle_gradient * link.inertia;
-            coriolis += jacobian.transpose() * jacobian_rate * link.mass;
+            coriolis += jacobian.transpose() * jacobian_derivative * link.mass;
             walk.advance(link.length);
         }
         (mass, coriolis)

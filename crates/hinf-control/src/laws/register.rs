@@ -1,0 +1,163 @@
+//! What is made of the list of laws.
+
+/// From lines `Variant => module,`: the modules, [`Law`](crate::Law), [`ControllerSettings`](crate::ControllerSettings) with
+/// a field per law, and [`AnyController`](crate::AnyController) with a variant per law. Each module has a `Settings` that
+/// implements [`LawDefinition`](crate::LawDefinition).
+macro_rules! laws {
+    ($($variant:ident => $module:ident,)*) => {
+        $(pub mod $module;)*
+
+        use crate::law_definition::{AdaptationSettings, BuildContext, BuildError, LawDefinition};
+        use crate::law_definition::{LawVariant, PublishedIndices, StateWeights};
+        use crate::{BaseAcceleration, Controller, Firing, Synthesis, SymmetricWeight, UnsupportedBaseAcceleration};
+        use crate::{PAPER_ATTENUATION_LEVEL, WeightReading};
+        use dem_model::Scalar;
+
+        /// A control law of this crate.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Law {
+            $(
+                #[doc = concat!("The law of [`laws::", stringify!($module), "`](crate::laws::", stringify!($module), ").")]
+                $variant,
+            )*
+        }
+
+        impl Law {
+            /// Every law, in the order of the list: the paper's in its order, then the others.
+            pub const ALL: [Self; [$(Self::$variant),*].len()] = [$(Self::$variant),*];
+
+            /// The name in files and on command lines.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => <$module::Settings as LawDefinition>::NAME,)*
+                }
+            }
+
+            /// What the law is, in a line.
+            pub const fn description(self) -> &'static str {
+                match self {
+                    $(Self::$variant => <$module::Settings as LawDefinition>::DESCRIPTION,)*
+                }
+            }
+
+            /// The paper's Table 4; `None` for a law that is not in the paper.
+            pub const fn published_indices(self) -> Option<PublishedIndices> {
+                match self {
+                    $(Self::$variant => <$module::Settings as LawDefinition>::PUBLISHED_INDICES,)*
+                }
+            }
+
+            /// Forms of the law that a comparison shows as rows of their own.
+            pub const fn variants(self) -> &'static [LawVariant] {
+                match self {
+                    $(Self::$variant => <$module::Settings as LawDefinition>::VARIANTS,)*
+                }
+            }
+        }
+
+        /// Everything that can be chosen about the laws besides the model: what they share, and a section for each.
+        ///
+        /// The [`Default`] is the paper's experiment, Table 3 read as blocks.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+        pub struct ControllerSettings {
+            /// γ, positive.
+            #[cfg_attr(feature = "serde", serde(rename = "attenuation_level"))]
+            pub attenuation_level: f64,
+            /// What the numbers given for Q1 and Q2 of all laws are.
+            pub reading: WeightReading,
+            /// R, the same for all laws.
+            pub r: SymmetricWeight,
+            $(
+                #[doc = concat!("Settings of [`laws::", stringify!($module), "`](crate::laws::", stringify!($module), ").")]
+                #[cfg_attr(feature = "serde", serde(default))]
+                pub $module: $module::Settings,
+            )*
+        }
+
+        impl Default for ControllerSettings {
+            fn default() -> Self {
+                Self {
+                    attenuation_level: PAPER_ATTENUATION_LEVEL,
+                    reading: WeightReading::Blocks,
+                    r: SymmetricWeight::Diagonal([0.9, 2.5]),
+                    $($module: <$module::Settings as Default>::default(),)*
+                }
+            }
+        }
+
+        impl ControllerSettings {
+            /// Q1 and Q2 of `law`; `None` for a law without weights of its own.
+            pub fn state_weights(&self, law: Law) -> Option<StateWeights> {
+                match law {
+                    $(Law::$variant => self.$module.state_weights(),)*
+                }
+            }
+
+            /// How `law` adapts; `None` for a law that does not.
+            pub fn adaptation(&self, law: Law) -> Option<AdaptationSettings> {
+                match law {
+                    $(Law::$variant => self.$module.adaptation(),)*
+                }
+            }
+
+            /// How the fuzzy rules of `law` fire; `None` for a law without.
+            pub fn firing(&self, law: Law) -> Option<Firing> {
+                match law {
+                    $(Law::$variant => self.$module.firing(),)*
+                }
+            }
+
+            /// Chooses how `law` has the base acceleration.
+            ///
+            /// # Errors
+            /// [`UnsupportedBaseAcceleration`] if the law does not offer the mode.
+            pub fn set_base_acceleration(
+                &mut self,
+                law: Law,
+                mode: BaseAcceleration,
+            ) -> Result<(), UnsupportedBaseAcceleration> {
+                match law {
+                    $(Law::$variant => self.$module.set_base_acceleration(mode),)*
+                }
+            }
+
+            /// `law` with an H∞ design that is already solved.
+            pub(crate) fn build_with<T: Scalar>(
+                &self,
+                law: Law,
+                synthesis: Synthesis<T>,
+                context: &BuildContext<T>,
+            ) -> Result<AnyController<T>, BuildError> {
+                match law {
+                    $(Law::$variant => self.$module.build(synthesis, context).map(AnyController::$variant),)*
+                }
+            }
+        }
+
+        /// Any law of [`Law`], chosen at run time: see [`ControllerSettings::build`].
+        #[derive(Clone, Debug, PartialEq)]
+        #[allow(clippy::large_enum_variant)] // Boxing would allocate; the largest is about 3 KiB.
+        pub enum AnyController<T: Scalar> {
+            $(
+                #[doc = concat!("The law of [`laws::", stringify!($module), "`](crate::laws::", stringify!($module), ").")]
+                $variant(<$module::Settings as LawDefinition>::Controller<T>),
+            )*
+        }
+
+        impl<T: Scalar> AnyController<T> {
+            pub(crate) fn law(&self) -> &dyn Controller<T> {
+                match self {
+                    $(Self::$variant(law) => law,)*
+                }
+            }
+
+            pub(crate) fn law_mut(&mut self) -> &mut dyn Controller<T> {
+                match self {
+                    $(Self::$variant(law) => law,)*
+                }
+            }
+        }
+    };
+}
+pub(super) use laws;

@@ -1,0 +1,43 @@
+//! The parts of [`Controller`](crate::Controller) that laws with the same kind of state share.
+
+/// For an adaptive law: its state is that of its field `estimator`.
+macro_rules! state_is_its_estimators {
+    ($scalar:ty) => {
+        fn limited(&mut self, joints: crate::LimitedJoints) {
+            self.estimator.limited(joints);
+        }
+
+        fn parameters(&self) -> &[$scalar] {
+            self.estimator.parameters().as_slice()
+        }
+
+        fn reset(&mut self) {
+            self.estimator.reset();
+        }
+
+        fn freeze(&self) -> crate::FrozenState<$scalar> {
+            self.estimator.freeze()
+        }
+
+        fn thaw(&mut self, state: &crate::FrozenState<$scalar>) -> Result<(), crate::ThawError> {
+            self.estimator.thaw(state)
+        }
+    };
+}
+pub(crate) use state_is_its_estimators;
+
+/// For a law without inner state.
+macro_rules! has_no_state {
+    ($scalar:ty) => {
+        fn reset(&mut self) {}
+
+        fn freeze(&self) -> crate::FrozenState<$scalar> {
+            crate::FrozenState::empty()
+        }
+
+        fn thaw(&mut self, state: &crate::FrozenState<$scalar>) -> Result<(), crate::ThawError> {
+            state.expect_empty()
+        }
+    };
+}
+pub(crate) use has_no_state;
