@@ -1,7 +1,7 @@
 //! `uarm train`: fuzzy sets from recorded runs.
 
 pub mod learn;
-mod points;
+pub mod points;
 pub mod samples;
 
 use std::io::{IsTerminal, Write};
