@@ -4,21 +4,23 @@ use std::hint::black_box;
 use std::num::{NonZeroU32, NonZeroUsize};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use uarm::simulated_robot::PlantChoice;
-use uarm::simulated_robot::SimulatedPlant;
-use uarm::robot::overrides::Overrides;
-use uarm::commands::compare::variant::{ControllerVariant, VariantRobot};
+use hinf_control::Disturbance;
+use uarm::commands::compare::experiments::experiment;
 use uarm::commands::compare::monte_carlo::{self, MonteCarloSettings};
 use uarm::commands::compare::spread::Spread;
 use uarm::commands::compare::start::StartVariation;
-use uarm::commands::compare::experiments::experiment;
-use hinf_control::Disturbance;
+use uarm::commands::compare::variant::{ControllerVariant, VariantRobot};
+use uarm::robot::overrides::Overrides;
+use uarm::simulated_robot::PlantChoice;
+use uarm::simulated_robot::SimulatedPlant;
 
 /// `uarm run --virtual-time`, with 0.5 s of hold, for each of the paper's controllers.
 fn virtual_time(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("experiment/virtual time");
     group.sample_size(20);
-    for variant in VariantRobot::load(&ControllerVariant::paper().collect::<Vec<_>>(), None, &Overrides::default()).expect("the built-in robot") {
+    for variant in VariantRobot::load(&ControllerVariant::paper().collect::<Vec<_>>(), None, &Overrides::default())
+        .expect("the built-in robot")
+    {
         group.bench_function(variant.variant.name(), |bencher| {
             bencher.iter(|| {
                 let plant = SimulatedPlant::new(&variant.robot, PlantChoice::Uarm, Disturbance::Paper);

@@ -8,21 +8,21 @@ use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use embedded_can::StandardId;
-use hinf_control::Law;
-use uarm::simulated_robot::PlantChoice;
-use uarm_loop::keyframe::Keyframe;
-use uarm::dimensions::CycleRecord;
-use uarm_loop::record::Recorder;
 use hinf_control::AdaptationGuard;
-use uarm::dimensions::{ACTIVE, JOINTS};
-use uarm_loop::run::signal_path;
-use uarm_loop::settings::Settings;
+use hinf_control::Law;
 use uarm::commands::figures::experiments::simulate_paper;
-use uarm_loop::recording::{self, Entry, FrameRecord, FullQueue, Leftovers, Recording, RunEnd, Sink};
+use uarm::dimensions::CycleRecord;
+use uarm::dimensions::{ACTIVE, JOINTS};
 use uarm::robot::Robot;
+use uarm::simulated_robot::PlantChoice;
 use uarm_io::frame::Frame;
 use uarm_io::link::FrameDirection;
 use uarm_io::time::Instant as LoopInstant;
+use uarm_loop::keyframe::Keyframe;
+use uarm_loop::record::Recorder;
+use uarm_loop::recording::{self, Entry, FrameRecord, FullQueue, Leftovers, Recording, RunEnd, Sink};
+use uarm_loop::run::signal_path;
+use uarm_loop::settings::Settings;
 
 /// Frames of a usual cycle: SYNC, three answers, three commands, and a heartbeat now and then.
 const FRAMES: [u16; 8] = [0x080, 0x181, 0x182, 0x183, 0x201, 0x202, 0x203, 0x701];
@@ -46,8 +46,7 @@ fn samples() -> (CycleRecord, Keyframe<JOINTS, ACTIVE>) {
     let robot = Robot::load(None).expect("the built-in robot");
     let experiment = simulate_paper(&robot, PlantChoice::Uarm, Law::FuzzyModel).expect("a run");
     let settings = settings(Law::FuzzyModel);
-    let mut controller =
-        robot.controller(settings.law, settings.guard).expect("the built-in robot's law");
+    let mut controller = robot.controller(settings.law, settings.guard).expect("the built-in robot's law");
     let path = signal_path(&robot.description, &settings, &mut controller).expect("the built-in robot");
     (experiment.records[500], path.freeze())
 }
@@ -87,8 +86,7 @@ fn loop_side(criterion: &mut Criterion) {
 fn freeze(criterion: &mut Criterion) {
     let robot = Robot::load(None).expect("the built-in robot");
     let settings = settings(Law::FuzzyModel);
-    let mut controller =
-        robot.controller(settings.law, settings.guard).expect("the built-in robot's law");
+    let mut controller = robot.controller(settings.law, settings.guard).expect("the built-in robot's law");
     let path = signal_path(&robot.description, &settings, &mut controller).expect("the built-in robot");
     criterion.bench_function("recording: freeze the inner state", |bencher| bencher.iter(|| path.freeze()));
 }

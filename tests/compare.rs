@@ -7,19 +7,19 @@ use std::sync::LazyLock;
 use std::time::Duration;
 
 use serde_json::Value;
-use uarm::simulated_robot::PlantChoice;
-use uarm::simulated_robot::SimulatedPlant;
-use uarm::robot::overrides::Overrides;
 use uarm::commands::compare::comparison::{self, Comparison, ComparisonSettings};
-use uarm::commands::compare::variant::{ControllerVariant, VariantRobot};
-use uarm::commands::compare::monte_carlo::{self, MonteCarloSettings};
 use uarm::commands::compare::experiments::{all_cores, experiment};
+use uarm::commands::compare::monte_carlo::{self, MonteCarloSettings};
 use uarm::commands::compare::spread::Spread;
 use uarm::commands::compare::start::StartVariation;
+use uarm::commands::compare::variant::{ControllerVariant, VariantRobot};
+use uarm::robot::overrides::Overrides;
+use uarm::simulated_robot::PlantChoice;
+use uarm::simulated_robot::SimulatedPlant;
 use uarm::simulation::SimulatedEnd;
 
-use support::{scratch, standard_output, uarm};
 use hinf_control::Disturbance;
+use support::{scratch, standard_output, uarm};
 
 static PAPER: LazyLock<Vec<ControllerVariant>> = LazyLock::new(|| ControllerVariant::paper().collect());
 

@@ -5,22 +5,22 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use hinf_control::Law;
-use uarm::simulated_robot::PlantChoice;
-use uarm_loop::control_loop::LoopEnd;
-use uarm::dimensions::Progress;
+use hinf_control::{AdaptationGuard, Disturbance};
 use uarm::dimensions::CycleRecord;
-use uarm_loop::record::{NoRecorder, Recorder};
-use uarm::simulated_robot::{SimulatedPlant, emulate};
-use uarm_loop::run::{self, Observer};
-use uarm_loop::settings::Settings;
+use uarm::dimensions::Progress;
+use uarm::dimensions::{ACTIVE, JOINTS};
 use uarm::robot::Robot;
-use uarm_loop::stop_request::StopRequest;
+use uarm::simulated_robot::PlantChoice;
+use uarm::simulated_robot::{SimulatedPlant, emulate};
 use uarm_io::drive::wire::Channel;
 use uarm_io::frame::Frame;
 use uarm_io::link::{Link, Received};
 use uarm_io::time::Instant;
-use hinf_control::{AdaptationGuard, Disturbance};
-use uarm::dimensions::{ACTIVE, JOINTS};
+use uarm_loop::control_loop::LoopEnd;
+use uarm_loop::record::{NoRecorder, Recorder};
+use uarm_loop::run::{self, Observer};
+use uarm_loop::settings::Settings;
+use uarm_loop::stop_request::StopRequest;
 use uarm_sim::{Brake, DriveFault, InProcessError, InProcessLink, Joint, Pacing, VirtualClock};
 
 type Finished<R = NoRecorder> = run::Finished<InProcessError, R, JOINTS, ACTIVE>;
@@ -102,8 +102,7 @@ fn run<R: Recorder<JOINTS, ACTIVE>>(
     let link = link(robot, Disturbance::Paper, &clock);
     let seen = Arc::new(Mutex::new(Seen::default()));
     let witness = Witness { link, seen: Arc::clone(&seen), in_motion };
-    let finished =
-        catch_unwind(AssertUnwindSafe(|| run_on(robot, &settings(), witness, &mut clock, recorder, stop)));
+    let finished = catch_unwind(AssertUnwindSafe(|| run_on(robot, &settings(), witness, &mut clock, recorder, stop)));
     let seen = Arc::into_inner(seen).unwrap().into_inner().unwrap();
     (finished, seen)
 }

@@ -5,11 +5,11 @@ use std::process::Command;
 
 use hinf_control::Law;
 use roxmltree::{Document, Node};
-use uarm::simulated_robot::PlantChoice;
 use uarm::commands::figures::experiments::{Experiment, simulate_paper as simulate};
 use uarm::commands::figures::{overview, paper};
 use uarm::figures::style;
 use uarm::robot::Robot;
+use uarm::simulated_robot::PlantChoice;
 use uarm_plot::output::{png, svg};
 use uarm_plot::style::Colour;
 

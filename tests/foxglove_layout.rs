@@ -159,7 +159,7 @@ fn every_element_is_there_in_a_recorded_run() {
     let file = record();
     let lengths = lengths(&std::fs::read(&file).unwrap());
     std::fs::remove_file(file).unwrap();
-    let joints = Robot::load(None).unwrap().joints.map(|joint| joint.name);
+    let joints = Robot::load(None).unwrap().description.joints.map(|joint| joint.name);
     for path in paths(&layout()) {
         let (topic, fields) = parse(&path);
         for (name, elements) in fields {

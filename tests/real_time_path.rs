@@ -8,24 +8,24 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use hinf_control::Law;
-use uarm::simulated_robot::PlantChoice;
-use uarm::dimensions::Progress;
-use uarm_loop::schedule::{OverrunPolicy, Schedule};
-use uarm_loop::timing::TimingRecorder;
-use uarm_loop::control_loop::{ControlLoop, LoopEnd};
 use hinf_control::AdaptationGuard;
+use hinf_control::Disturbance;
+use hinf_control::Law;
+use uarm::dimensions::Progress;
 use uarm::dimensions::{ACTIVE, JOINTS};
-use uarm::simulated_robot::{SimulatedPlant, emulate};
-use uarm_loop::run::signal_path;
-use uarm_loop::settings::Settings;
-use uarm_loop::recording::{self, Entry, FullQueue, Leftovers, Recording, RunEnd, Sink};
 use uarm::robot::Robot;
-use uarm_loop::stop_request::StopRequest;
+use uarm::simulated_robot::PlantChoice;
+use uarm::simulated_robot::{SimulatedPlant, emulate};
 use uarm_io::drive::network::DriveNetwork;
 use uarm_io::link::ObservedLink;
 use uarm_io::time::Clock;
-use hinf_control::Disturbance;
+use uarm_loop::control_loop::{ControlLoop, LoopEnd};
+use uarm_loop::recording::{self, Entry, FullQueue, Leftovers, Recording, RunEnd, Sink};
+use uarm_loop::run::signal_path;
+use uarm_loop::schedule::{OverrunPolicy, Schedule};
+use uarm_loop::settings::Settings;
+use uarm_loop::stop_request::StopRequest;
+use uarm_loop::timing::TimingRecorder;
 use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 
 #[global_allocator]
@@ -82,7 +82,8 @@ fn run_watched(law: Law, guard: AdaptationGuard, recording: &mut Recording<JOINT
         stop: &stop,
     };
     drives.start(&clock).unwrap();
-    let mut schedule = Schedule::new(clock.now() + Duration::from_millis(3), robot.description.period, OverrunPolicy::Skip);
+    let mut schedule =
+        Schedule::new(clock.now() + Duration::from_millis(3), robot.description.period, OverrunPolicy::Skip);
 
     let end = assert_no_alloc(|| control_loop.run(&mut drives, &mut clock, &mut schedule, loop_recorder));
 

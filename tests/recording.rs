@@ -10,18 +10,18 @@ use std::time::Duration;
 
 use embedded_can::StandardId;
 use hinf_control::Law;
-use uarm::simulated_robot::PlantChoice;
-use uarm::dimensions::CycleRecord;
-use uarm_loop::record::Recorder;
-use uarm_loop::settings::Settings;
 use uarm::commands::figures::experiments::simulate_paper;
-use uarm_loop::recording::{self, Entry, FullQueue, Leftovers, Recording, RunEnd, Severity, Sink};
-use uarm::robot::Robot;
+use uarm::dimensions::CycleRecord;
 use uarm::dimensions::{ACTIVE, JOINTS, RunLog};
-use uarm_log::writer::LogWriter;
+use uarm::robot::Robot;
+use uarm::simulated_robot::PlantChoice;
 use uarm_io::frame::Frame;
 use uarm_io::link::FrameDirection;
 use uarm_io::time::Instant;
+use uarm_log::writer::LogWriter;
+use uarm_loop::record::Recorder;
+use uarm_loop::recording::{self, Entry, FullQueue, Leftovers, Recording, RunEnd, Severity, Sink};
+use uarm_loop::settings::Settings;
 
 /// The period of the built-in robot.
 const PERIOD: Duration = Duration::from_millis(3);

@@ -9,10 +9,10 @@ use std::process::Output;
 use hinf_control::Law;
 use uarm::dimensions::{ACTIVE, JOINTS};
 use uarm::robot::Robot;
-use uarm_log::replay::source::Source;
+use uarm_log::candump;
 use uarm_log::replay::bus_cycles::{BusCycle, bus_cycles};
 use uarm_log::replay::exact::{ExactReplay, Start};
-use uarm_log::candump;
+use uarm_log::replay::source::Source;
 
 use support::{text, uarm};
 use uarm::dimensions::RunLog;

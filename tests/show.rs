@@ -110,7 +110,7 @@ fn the_csv_is_the_trace_and_the_frames_are_candumps() {
     let log = uarm_log::reader::RunLog::read(&folder.join("run.mcap")).unwrap();
     assert_eq!((candump.frames.len(), candump.left_out), (log.frames.len(), 0));
     let direct = text(&uarm(&folder, &["show", "run.mcap", "--candump", "-"]).stdout);
-    assert!(direct.lines().all(|line| line.contains(" vcan0 ")), "an embedded robot's frames can be played on vcan0");
+    assert!(direct.lines().all(|line| line.contains(" vcan0 ")), "a simulated robot's frames can be played on vcan0");
 }
 
 #[test]

@@ -15,11 +15,7 @@ use uarm_loop::settings::Settings;
 
 /// Runs `uarm` in the folder of scratch files, so that logs that nobody named go there.
 pub fn uarm(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_uarm"))
-        .args(arguments)
-        .current_dir(env!("CARGO_TARGET_TMPDIR"))
-        .output()
-        .unwrap()
+    Command::new(env!("CARGO_BIN_EXE_uarm")).args(arguments).current_dir(env!("CARGO_TARGET_TMPDIR")).output().unwrap()
 }
 
 /// All that a command printed.
