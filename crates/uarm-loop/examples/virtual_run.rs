@@ -38,7 +38,7 @@ const FASTEST: f64 = 6.0;
 fn joint(name: &str, node: u8, torque_limit: f64) -> Result<Joint, Failure> {
     Ok(Joint {
         name: name.to_owned(),
-        node: NodeId::new(node)?,
+        node: NodeId::new(node).map_err(|_| "a node id, 1 to 127")?,
         encoder: EncoderConfiguration {
             counts_per_revolution: CountsPerRevolution::new(COUNTS_PER_REVOLUTION)?,
             counter_width: CounterWidth::new(COUNTER_BITS)?,
