@@ -10,13 +10,18 @@ use std::process::Command;
 const COLUMNS: &str = "120";
 
 /// What differs from machine to machine or from commit to commit.
-const VARIABLE: [(&str, &str); 2] = [(r"\(commit [^)]*\)", "(commit [commit])"), (r"(?m)^  on  .*$", "  on                 [machine]")];
+const VARIABLE: [(&str, &str); 2] =
+    [(r"\(commit [^)]*\)", "(commit [commit])"), (r"(?m)^  on  .*$", "  on                 [machine]")];
 
 /// Runs `uarm`, which must succeed, in a folder of this test's own, and compares what it prints.
 #[track_caller]
 fn assert_prints(name: &str, folder: &Path, arguments: &[&str]) {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_uarm")).args(arguments).current_dir(folder).env("COLUMNS", COLUMNS).output().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_uarm"))
+        .args(arguments)
+        .current_dir(folder)
+        .env("COLUMNS", COLUMNS)
+        .output()
+        .unwrap();
     assert!(output.status.success(), "{arguments:?}: {}", support::text(&output));
     let printed = format!(
         "{}--- standard error ---\n{}",

@@ -22,7 +22,8 @@ fn check(document: &Document, target: &str) -> Option<&'static str> {
     if !path.exists() {
         return Some("no such file");
     }
-    let has_heading = || Document::read(&path.canonicalize().unwrap()).prose().into_iter().any(|line| slug(line) == anchor);
+    let has_heading =
+        || Document::read(&path.canonicalize().unwrap()).prose().into_iter().any(|line| slug(line) == anchor);
     (!anchor.is_empty() && !has_heading()).then_some("no such heading")
 }
 

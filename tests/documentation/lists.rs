@@ -69,11 +69,14 @@ pub fn named_tests() -> Vec<String> {
     let (_, table) = theory.text.split_once("\n## 11. Which test checks what\n").expect("section 11");
     let table = table.split("\n## ").next().unwrap();
     let rows = table.lines().filter(|line| line.starts_with("| ") && line.contains('`'));
-    let mut names: Vec<_> = rows.flat_map(|row| quoted(cells(row)[2]).map(ToOwned::to_owned).collect::<Vec<_>>()).collect();
+    let mut names: Vec<_> =
+        rows.flat_map(|row| quoted(cells(row)[2]).map(ToOwned::to_owned).collect::<Vec<_>>()).collect();
     let recording = Document::read(&root().join("docs/recording.md"));
     let (_, table) = recording.text.split_once("| what fails |").expect("the table of what fails");
     let rows = table.lines().take_while(|line| !line.is_empty()).filter_map(|row| cells(row).last().copied());
-    names.extend(rows.flat_map(|cell| quoted(cell).map(|name| name.trim_end_matches('…').to_owned()).collect::<Vec<_>>()));
+    names.extend(
+        rows.flat_map(|cell| quoted(cell).map(|name| name.trim_end_matches('…').to_owned()).collect::<Vec<_>>()),
+    );
     names
 }
 

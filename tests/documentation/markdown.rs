@@ -44,7 +44,9 @@ impl Document {
     pub fn all() -> Vec<Self> {
         let mut paths = vec![];
         for folder in ["", "docs"] {
-            paths.extend(entries(&root().join(folder)).into_iter().filter(|path| path.extension() == Some("md".as_ref())));
+            paths.extend(
+                entries(&root().join(folder)).into_iter().filter(|path| path.extension() == Some("md".as_ref())),
+            );
         }
         paths.extend(entries(&root().join("crates")).iter().map(|folder| folder.join("README.md")));
         assert!(paths.len() > 10, "{paths:?}");
@@ -109,7 +111,9 @@ impl Document {
 impl Block {
     /// Is there a command of `uarm` in it?
     pub fn has_uarm_command(&self) -> bool {
-        self.lines.iter().any(|line| is_uarm_command(line.trim_start()))
+        let is_shell =
+            matches!(self.language.as_deref(), None | Some("" | "sh" | "bash" | "shell" | "console" | "text"));
+        is_shell && self.lines.iter().any(|line| is_uarm_command(line.trim_start()))
     }
 }
 

@@ -17,8 +17,8 @@ use uarm_loop::settings::Settings;
 use uarm_loop::stop_request::StopRequest;
 use uarm_sim::dem_model::ThreeLinkDem;
 use uarm_sim::{
-    DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderDescription, InProcessLink, InitialState, Pacing,
-    VirtualClock,
+    DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderDescription, InProcessLink, InitialState,
+    Pacing, VirtualClock,
 };
 
 type Failure = Box<dyn std::error::Error>;
