@@ -4,25 +4,27 @@ use std::hint::black_box;
 use std::num::{NonZeroU32, NonZeroUsize};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use uarm::commands::run::PlantChoice;
-use uarm::experiment::embedded::EmbeddedPlant;
+use hinf_control::Disturbance;
+use uarm::commands::compare::experiments::experiment;
+use uarm::commands::compare::monte_carlo::{self, MonteCarloSettings};
+use uarm::commands::compare::spread::Spread;
+use uarm::commands::compare::start::StartVariation;
+use uarm::commands::compare::variant::{ControllerVariant, VariantRobot};
 use uarm::robot::overrides::Overrides;
-use uarm::study::contestant::{Contestant, Entrant};
-use uarm::study::monte_carlo::{self, MonteCarloSettings};
-use uarm::study::spread::Spread;
-use uarm::study::start::StartVariation;
-use uarm::study::trial;
-use uarm_sim::Disturbance;
+use uarm::simulated_robot::PlantChoice;
+use uarm::simulated_robot::SimulatedPlant;
 
 /// `uarm run --virtual-time`, with 0.5 s of hold, for each of the paper's controllers.
 fn virtual_time(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("experiment/virtual time");
     group.sample_size(20);
-    for entrant in Entrant::load(&Contestant::PAPER, None, &Overrides::default()).expect("the built-in robot") {
-        group.bench_function(entrant.contestant.name(), |bencher| {
+    for variant in VariantRobot::load(&ControllerVariant::paper().collect::<Vec<_>>(), None, &Overrides::default())
+        .expect("the built-in robot")
+    {
+        group.bench_function(variant.variant.name(), |bencher| {
             bencher.iter(|| {
-                let plant = EmbeddedPlant::new(&entrant.robot, PlantChoice::Uarm, Disturbance::Paper);
-                trial::run(black_box(&entrant), plant.expect("the built-in plant"))
+                let plant = SimulatedPlant::new(&variant.robot, PlantChoice::Uarm, Disturbance::Paper);
+                experiment(black_box(&variant), plant.expect("the built-in plant"))
             });
         });
     }
@@ -33,7 +35,7 @@ fn virtual_time(criterion: &mut Criterion) {
 fn one_draw(criterion: &mut Criterion) {
     let settings = MonteCarloSettings {
         robot: None,
-        contestants: &Contestant::PAPER,
+        variants: &ControllerVariant::paper().collect::<Vec<_>>(),
         disturbance: Disturbance::Paper,
         draws: NonZeroU32::MIN,
         spread: Spread::new(0.2).expect("below 1"),
@@ -41,14 +43,14 @@ fn one_draw(criterion: &mut Criterion) {
         seed: 1,
         threads: NonZeroUsize::MIN,
     };
-    let entrants = monte_carlo::load(&settings).expect("the built-in robot");
+    let robots = monte_carlo::load(&settings).expect("the built-in robot");
     let mut group = criterion.benchmark_group("experiment/Monte Carlo");
     group.sample_size(20);
     group.bench_function("one draw, six controllers", |bencher| {
-        bencher.iter(|| monte_carlo::draw(black_box(&settings), &entrants, 0));
+        bencher.iter(|| monte_carlo::draw(black_box(&settings), &robots, 0));
     });
     group.finish();
 }
 
-criterion_group!(experiment, virtual_time, one_draw);
-criterion_main!(experiment);
+criterion_group!(benches, virtual_time, one_draw);
+criterion_main!(benches);

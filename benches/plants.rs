@@ -6,7 +6,8 @@ use dem_model::ThreeLinkDem;
 use nalgebra::Vector3;
 use std::hint::black_box;
 use std::time::Duration;
-use uarm_sim::{Brake, DemPlant, Disturbance, FreeFloatingPlant, Plant, UarmPlant, UarmPlantParameters};
+use hinf_control::Disturbance;
+use uarm_sim::{Brake, DemPlant, FreeFloatingPlant, Plant, UarmPlant, UarmPlantParameters};
 
 const PERIOD: Duration = Duration::from_millis(3);
 

@@ -1,26 +1,28 @@
 //! What recording costs: per cycle on the loop's side, which must stay below a microsecond, and on the writer's.
 
+#[path = "../tests/support/mod.rs"]
+mod support;
+
 use std::hint::black_box;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use embedded_can::StandardId;
+use hinf_control::AdaptationGuard;
 use hinf_control::Law;
-use uarm::commands::run::PlantChoice;
-use uarm::control_loop::keyframe::Keyframe;
-use uarm::control_loop::record::{CycleRecord, Recorder};
-use uarm::controllers::AdaptationGuard;
-use uarm::experiment::{self, Settings};
-use uarm::figures::experiments::simulate;
-use uarm::recording::{self, Entry, FrameRecord, FullQueue, Leftovers, Recording, RunEnd, Sink};
+use uarm::commands::figures::experiments::simulate_paper;
+use uarm::dimensions::CycleRecord;
+use uarm::dimensions::{ACTIVE, JOINTS};
 use uarm::robot::Robot;
-use uarm::run_log::description::{RealtimeRequest, RunDescription};
-use uarm::run_log::time_axis::TimeAxis;
-use uarm::run_log::writer::LogWriter;
+use uarm::simulated_robot::PlantChoice;
 use uarm_io::frame::Frame;
 use uarm_io::link::FrameDirection;
 use uarm_io::time::Instant as LoopInstant;
+use uarm_loop::keyframe::Keyframe;
+use uarm_loop::record::Recorder;
+use uarm_loop::recording::{self, Entry, FrameRecord, FullQueue, Leftovers, Recording, RunEnd, Sink};
+use uarm_loop::run::signal_path;
+use uarm_loop::settings::Settings;
 
 /// Frames of a usual cycle: SYNC, three answers, three commands, and a heartbeat now and then.
 const FRAMES: [u16; 8] = [0x080, 0x181, 0x182, 0x183, 0x201, 0x202, 0x203, 0x701];
@@ -40,13 +42,12 @@ fn frames() -> [Frame; 8] {
 }
 
 /// A cycle's record of the law with the most parameters, and a keyframe.
-fn samples() -> (CycleRecord, Keyframe) {
+fn samples() -> (CycleRecord, Keyframe<JOINTS, ACTIVE>) {
     let robot = Robot::load(None).expect("the built-in robot");
-    let experiment = simulate(&robot, PlantChoice::Uarm, Law::FuzzyModel).expect("a run");
+    let experiment = simulate_paper(&robot, PlantChoice::Uarm, Law::FuzzyModel).expect("a run");
     let settings = settings(Law::FuzzyModel);
-    let mut controller =
-        uarm::controllers::build(settings.law, &robot, settings.guard).expect("the built-in robot's law");
-    let path = experiment::signal_path(&robot, &settings, &mut controller).expect("the built-in robot");
+    let mut controller = robot.controller(settings.law, settings.guard).expect("the built-in robot's law");
+    let path = signal_path(&robot.description, &settings, &mut controller).expect("the built-in robot");
     (experiment.records[500], path.freeze())
 }
 
@@ -55,7 +56,7 @@ fn loop_side(criterion: &mut Criterion) {
     let (record, keyframe) = samples();
     let frames = frames();
     let Recording { mut loop_recorder, mut frame_recorder, writer } =
-        recording::start(Vec::new(), FullQueue::Keep, PERIOD).expect("a thread");
+        recording::start::<JOINTS, ACTIVE>(Vec::new(), FullQueue::Keep, PERIOD).expect("a thread");
     criterion.bench_function("recording: loop side, one cycle of 8 frames", |bencher| {
         bencher.iter_custom(|cycles| {
             let mut spent = Duration::ZERO;
@@ -85,9 +86,8 @@ fn loop_side(criterion: &mut Criterion) {
 fn freeze(criterion: &mut Criterion) {
     let robot = Robot::load(None).expect("the built-in robot");
     let settings = settings(Law::FuzzyModel);
-    let mut controller =
-        uarm::controllers::build(settings.law, &robot, settings.guard).expect("the built-in robot's law");
-    let path = experiment::signal_path(&robot, &settings, &mut controller).expect("the built-in robot");
+    let mut controller = robot.controller(settings.law, settings.guard).expect("the built-in robot's law");
+    let path = signal_path(&robot.description, &settings, &mut controller).expect("the built-in robot");
     criterion.bench_function("recording: freeze the inner state", |bencher| bencher.iter(|| path.freeze()));
 }
 
@@ -95,15 +95,7 @@ fn freeze(criterion: &mut Criterion) {
 fn writer_side(criterion: &mut Criterion) {
     let (record, _) = samples();
     let frames = frames();
-    let run = RunDescription {
-        settings: settings(Law::FuzzyModel),
-        place: "here".to_owned(),
-        axis: TimeAxis::simulated(),
-        robot: Robot::load(None).expect("the built-in robot"),
-    };
-    let request = RealtimeRequest::default();
-    let mut log =
-        LogWriter::new(std::io::sink(), Path::new("log"), &run, &request, LoopInstant::default(), &[]).expect("a sink");
+    let mut log = support::log_writer(std::io::sink(), &settings(Law::FuzzyModel), &[]);
     let mut tick = 0_u64;
     criterion.bench_function("recording: writer side, one cycle of 8 frames", |bencher| {
         bencher.iter(|| {
@@ -111,7 +103,7 @@ fn writer_side(criterion: &mut Criterion) {
             let at = LoopInstant::from_nanoseconds(3_000_000 * tick);
             for (frame, sequence) in frames.iter().zip(0..) {
                 let frame = FrameRecord { sequence, direction: FrameDirection::Received, frame: *frame, at };
-                log.take(Entry::Frame(&frame)).expect("a sink");
+                log.take(Entry::<JOINTS, ACTIVE>::Frame(&frame)).expect("a sink");
             }
             let mut record = record;
             record.tick = tick;

@@ -17,7 +17,9 @@ mod tests {
     #[test]
     fn a_choice_is_read_by_its_name() {
         let command = clap::Command::new("test").arg(clap::Arg::new("law").value_parser(choice::<Law>()));
-        let law = |text: &str| command.clone().try_get_matches_from(["test", text]).map(|found| found.get_one("law").copied());
+        let law = |text: &str| {
+            command.clone().try_get_matches_from(["test", text]).map(|found| found.get_one("law").copied())
+        };
         assert_eq!(law("fuzzy-model").unwrap(), Some(Law::FuzzyModel));
         let error = law("pid").unwrap_err().to_string();
         assert!(error.contains("possible values: nonlinear, adaptive"), "{error}");

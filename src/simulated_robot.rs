@@ -7,8 +7,8 @@ use hinf_control::Disturbance;
 use nalgebra::Vector3;
 use uarm_sim::drive::{DriveDescription, DriveParameters, EncoderDescription};
 use uarm_sim::{
-    Brake, DemPlant, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep,
-    Pacing, Plant, UarmPlant, UarmPlantParameters,
+    Brake, DemPlant, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep, Pacing, Plant, UarmPlant,
+    UarmPlantParameters,
 };
 
 use uarm_loop::robot::Joint;

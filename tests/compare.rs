@@ -1,57 +1,42 @@
 //! `uarm compare`: the paper's Table 4 from one plant, and plants drawn around it.
 
+mod support;
+
 use std::num::{NonZeroU32, NonZeroUsize};
-use std::path::PathBuf;
-use std::process::{Command, Output};
+use std::sync::LazyLock;
 use std::time::Duration;
 
-use hinf_control::Disturbance;
 use serde_json::Value;
-use uarm::commands::run::PlantChoice;
-use uarm::experiment::embedded::EmbeddedPlant;
+use uarm::commands::compare::comparison::{self, Comparison, ComparisonSettings};
+use uarm::commands::compare::experiments::{all_cores, experiment};
+use uarm::commands::compare::monte_carlo::{self, MonteCarloSettings};
+use uarm::commands::compare::spread::Spread;
+use uarm::commands::compare::start::StartVariation;
+use uarm::commands::compare::variant::{ControllerVariant, VariantRobot};
 use uarm::robot::overrides::Overrides;
-use uarm::study::comparison::{self, Comparison, ComparisonSettings};
-use uarm::study::contestant::{Contestant, Entrant};
-use uarm::study::monte_carlo::{self, MonteCarloSettings};
-use uarm::study::parallel;
-use uarm::study::spread::Spread;
-use uarm::study::start::StartVariation;
-use uarm::study::trial::{self, Trial};
-use uarm_sim::Disturbance;
+use uarm::simulated_robot::PlantChoice;
+use uarm::simulated_robot::SimulatedPlant;
+use uarm::simulation::SimulatedEnd;
 
-fn uarm(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_uarm"))
-        .args(arguments)
-        .current_dir(env!("CARGO_TARGET_TMPDIR")) // where the logs go
-        .output()
-        .unwrap()
-}
+use hinf_control::Disturbance;
+use support::{scratch, standard_output, uarm};
 
-fn standard_output(arguments: &[&str]) -> String {
-    let output = uarm(arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
+static PAPER: LazyLock<Vec<ControllerVariant>> = LazyLock::new(|| ControllerVariant::paper().collect());
 
 fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&standard_output(arguments)).unwrap()
 }
 
-/// A file of this test run, gone with the build folder.
-fn scratch(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
-}
-
 fn compare(plant: PlantChoice, repetitions: u32, variation: StartVariation) -> Comparison {
     let settings = ComparisonSettings {
         robot: None,
-        contestants: &Contestant::PAPER,
+        variants: &PAPER,
         plant,
         disturbance: Disturbance::Paper,
         repetitions: NonZeroU32::new(repetitions).unwrap(),
         variation,
         seed: 1,
-        threads: parallel::all_cores(),
+        threads: all_cores(),
     };
     comparison::run(&settings, || ()).unwrap()
 }
@@ -59,7 +44,7 @@ fn compare(plant: PlantChoice, repetitions: u32, variation: StartVariation) -> C
 fn monte_carlo_settings(spread: f64, variation: StartVariation) -> MonteCarloSettings<'static> {
     MonteCarloSettings {
         robot: None,
-        contestants: &Contestant::PAPER,
+        variants: PAPER.as_slice(),
         disturbance: Disturbance::Paper,
         draws: NonZeroU32::MIN,
         spread: Spread::new(spread).unwrap(),
@@ -90,11 +75,11 @@ fn the_reference_simulation_gave_the_same() {
     let rows = reference["rows"].as_array().unwrap();
     // The reference ends with the motion.
     let no_hold = Overrides { hold: Some(Duration::ZERO), ..Overrides::default() };
-    let entrants = Entrant::load(&Contestant::PAPER, None, &no_hold).unwrap();
-    assert_eq!(rows.len(), entrants.len());
-    for (entrant, row) in entrants.iter().zip(rows) {
-        let plant = EmbeddedPlant::new(&entrant.robot, PlantChoice::Uarm, Disturbance::Paper).unwrap();
-        let Trial::Completed(outcome) = trial::run(entrant, plant).unwrap() else { panic!("{entrant:?}") };
+    let robots = VariantRobot::load(&PAPER, None, &no_hold).unwrap();
+    assert_eq!(rows.len(), robots.len());
+    for (variant, row) in robots.iter().zip(rows) {
+        let plant = SimulatedPlant::new(&variant.robot, PlantChoice::Uarm, Disturbance::Paper).unwrap();
+        let SimulatedEnd::Completed(outcome) = experiment(variant, plant).unwrap() else { panic!("{variant:?}") };
         let base = outcome.base_drift.to_degrees();
         // 1 %: a quantised loop is chaotic at the count.
         for (found, name) in [(outcome.indices.l2, "L2"), (outcome.indices.e, "E"), (base, "base_deg_3s")] {
@@ -216,8 +201,8 @@ fn quantile_by_weights(values: &[f64], probability: f64) -> f64 {
 fn the_coarse_step_of_the_draws_changes_less_than_the_encoder_phase_does() {
     let fine = compare(PlantChoice::Uarm, 1, StartVariation::None);
     let settings = monte_carlo_settings(0.0, StartVariation::None);
-    let entrants = monte_carlo::load(&settings).unwrap();
-    let coarse = monte_carlo::draw(&settings, &entrants, 0).unwrap();
+    let robots = monte_carlo::load(&settings).unwrap();
+    let coarse = monte_carlo::draw(&settings, &robots, 0).unwrap();
     for (row, coarse) in fine.controllers.iter().zip(&coarse.indices) {
         let coarse = coarse.unwrap();
         // As a rule they are equal to the bit; this much may come of one count that falls otherwise.

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
-use uarm::run_log::reader::RunLog;
+use uarm::dimensions::RunLog;
 use uarm_io::realtime::let_others_go_first;
 
 /// What a killed process may lose at most, beside what the machine kept its writer from running.

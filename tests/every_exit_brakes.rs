@@ -5,19 +5,25 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use hinf_control::Law;
-use uarm::commands::run::PlantChoice;
-use uarm::control_loop::LoopEnd;
-use uarm::control_loop::progress::Progress;
-use uarm::control_loop::record::{CycleRecord, NoRecorder, Recorder};
-use uarm::experiment::embedded::{self, EmbeddedPlant};
-use uarm::experiment::{self, Finished, Settings};
+use hinf_control::{AdaptationGuard, Disturbance};
+use uarm::dimensions::CycleRecord;
+use uarm::dimensions::Progress;
+use uarm::dimensions::{ACTIVE, JOINTS};
 use uarm::robot::Robot;
-use uarm::signals::StopRequest;
+use uarm::simulated_robot::PlantChoice;
+use uarm::simulated_robot::{SimulatedPlant, emulate};
 use uarm_io::drive::wire::Channel;
 use uarm_io::frame::Frame;
 use uarm_io::link::{Link, Received};
 use uarm_io::time::Instant;
-use uarm_sim::{Brake, Disturbance, DriveFault, InProcessError, InProcessLink, Joint, VirtualClock};
+use uarm_loop::control_loop::LoopEnd;
+use uarm_loop::record::{NoRecorder, Recorder};
+use uarm_loop::run::{self, Observer};
+use uarm_loop::settings::Settings;
+use uarm_loop::stop_request::StopRequest;
+use uarm_sim::{Brake, DriveFault, InProcessError, InProcessLink, Joint, Pacing, VirtualClock};
+
+type Finished<R = NoRecorder> = run::Finished<InProcessError, R, JOINTS, ACTIVE>;
 
 /// SYNCs before something happens: well inside the motion.
 const IN_MOTION: usize = 400;
@@ -32,12 +38,12 @@ struct Seen {
 
 /// A link that lets something happen in the midst of the motion, and shows what is sent.
 struct Witness<F> {
-    link: InProcessLink<EmbeddedPlant, VirtualClock>,
+    link: InProcessLink<SimulatedPlant, VirtualClock>,
     seen: Arc<Mutex<Seen>>,
     in_motion: F,
 }
 
-impl<F: FnMut(&mut InProcessLink<EmbeddedPlant, VirtualClock>)> Link for Witness<F> {
+impl<F: FnMut(&mut InProcessLink<SimulatedPlant, VirtualClock>)> Link for Witness<F> {
     type Error = InProcessError;
 
     fn send(&mut self, frame: &Frame) -> Result<Instant, InProcessError> {
@@ -65,21 +71,38 @@ fn settings() -> Settings {
     Settings::paper(Law::Nonlinear)
 }
 
-/// Runs an experiment in which `in_motion` happens.
-fn run(
+/// A link to the simulated robot.
+fn link(robot: &Robot, disturbance: Disturbance, clock: &VirtualClock) -> InProcessLink<SimulatedPlant, VirtualClock> {
+    let plant = SimulatedPlant::new(robot, PlantChoice::Uarm, disturbance).unwrap();
+    InProcessLink::new(emulate(robot, plant, Pacing::WallClock).unwrap(), clock.clone())
+}
+
+/// Runs an experiment over `link`.
+fn run_on<L: Link, R: Recorder<JOINTS, ACTIVE>>(
     robot: &Robot,
-    recorder: impl Recorder,
+    settings: &Settings,
+    link: L,
+    clock: &mut VirtualClock,
+    recorder: R,
     stop: &StopRequest,
-    in_motion: impl FnMut(&mut InProcessLink<EmbeddedPlant, VirtualClock>),
-) -> (std::thread::Result<Finished>, Seen) {
+) -> run::Finished<L::Error, R, JOINTS, ACTIVE> {
+    let mut controller = robot.controller(settings.law, AdaptationGuard::None).unwrap();
+    let observer = Observer { progress: &Progress::default(), stop };
+    run::run(&robot.description, settings, &mut controller, link, clock, recorder, observer).unwrap()
+}
+
+/// Runs an experiment in which `in_motion` happens.
+fn run<R: Recorder<JOINTS, ACTIVE>>(
+    robot: &Robot,
+    recorder: R,
+    stop: &StopRequest,
+    in_motion: impl FnMut(&mut InProcessLink<SimulatedPlant, VirtualClock>),
+) -> (std::thread::Result<Finished<R>>, Seen) {
     let mut clock = VirtualClock::default();
-    let link = embedded::link(robot, PlantChoice::Uarm, Disturbance::Paper, clock.clone()).unwrap();
+    let link = link(robot, Disturbance::Paper, &clock);
     let seen = Arc::new(Mutex::new(Seen::default()));
     let witness = Witness { link, seen: Arc::clone(&seen), in_motion };
-    let progress = Progress::default();
-    let finished = catch_unwind(AssertUnwindSafe(|| {
-        experiment::run(robot, &settings(), witness, &mut clock, recorder, &progress, stop).unwrap().0
-    }));
+    let finished = catch_unwind(AssertUnwindSafe(|| run_on(robot, &settings(), witness, &mut clock, recorder, stop)));
     let seen = Arc::into_inner(seen).unwrap().into_inner().unwrap();
     (finished, seen)
 }
@@ -107,7 +130,7 @@ fn assert_braked(seen: &Seen) {
 }
 
 fn failed_with(finished: std::thread::Result<Finished>, parts: &[&str]) {
-    let error = format!("{:#}", finished.unwrap().end.unwrap_err());
+    let error = finished.unwrap().end.unwrap_err().to_string();
     for part in parts {
         assert!(error.contains(part), "{part:?} in {error:?}");
     }
@@ -119,7 +142,7 @@ fn at_the_end_of_the_motion() {
     let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |_| {});
     let finished = finished.unwrap();
     assert_eq!(finished.end.unwrap(), LoopEnd::Completed);
-    assert!(finished.stop.contains("all drives confirmed"), "{}", finished.stop);
+    assert!(finished.stop.all_off(), "{:?}", finished.stop);
     assert_braked(&seen);
 }
 
@@ -135,7 +158,7 @@ fn when_somebody_asks_for_it() {
 #[test]
 fn when_the_loop_panics() {
     struct Panics(usize);
-    impl Recorder for Panics {
+    impl Recorder<JOINTS, ACTIVE> for Panics {
         fn record(&mut self, _record: &CycleRecord) {
             self.0 += 1;
             assert!(self.0 < IN_MOTION, "a bug in the loop");
@@ -180,7 +203,7 @@ fn when_an_encoder_jumps() {
 #[test]
 fn when_a_joint_leaves_its_limits() {
     let mut robot = Robot::load(None).unwrap();
-    robot.joints[1].limits.position[1] = 25.0_f64.to_radians();
+    robot.description.joints[1].limits.position[1] = 25.0_f64.to_radians();
     let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |_| {});
     failed_with(finished, &["joint 2", "angle", "25.00 deg"]);
     assert_eq!(seen.brakes, Some([Brake::Engaged; 3]));
@@ -190,24 +213,23 @@ fn when_a_joint_leaves_its_limits() {
 fn when_the_joints_do_not_stand_at_the_start_nothing_moves() {
     let mut robot = Robot::load(None).unwrap();
     // The encoder is mounted five degrees off from what the controller believes.
-    robot.joints[2].encoder.zero += 469;
+    robot.description.joints[2].encoder.zero += 469;
     let plant = Robot::load(None).unwrap();
     let mut clock = VirtualClock::default();
-    let link = embedded::link(&plant, PlantChoice::Uarm, Disturbance::None, clock.clone()).unwrap();
-    let (progress, stop) = (Progress::default(), StopRequest::default());
-    let (finished, _) = experiment::run(&robot, &settings(), link, &mut clock, NoRecorder, &progress, &stop).unwrap();
-    let error = format!("{:#}", finished.end.unwrap_err());
+    let on_plant = link(&plant, Disturbance::None, &clock);
+    let stop = StopRequest::default();
+    let finished = run_on(&robot, &settings(), on_plant, &mut clock, NoRecorder, &stop);
+    let error = finished.end.unwrap_err().to_string();
     assert!(error.contains("joint 3") && error.contains("distance from the start"), "{error}");
     assert_eq!(finished.outcome.peak_torque, [0.0; 2]);
 
     // With an approach the same robot goes there first, and then does its task.
     let mut clock = VirtualClock::default();
-    let link = embedded::link(&plant, PlantChoice::Uarm, Disturbance::None, clock.clone()).unwrap();
+    let on_plant = link(&plant, Disturbance::None, &clock);
     let settings = Settings { approach: Some(Duration::from_secs(5)), ..settings() };
-    let (finished, records) =
-        experiment::run(&robot, &settings, link, &mut clock, Vec::new(), &progress, &stop).unwrap();
+    let finished = run_on(&robot, &settings, on_plant, &mut clock, Vec::new(), &stop);
     assert_eq!(finished.end.unwrap(), LoopEnd::Completed);
-    assert_eq!(records.first().unwrap().time, -5.0);
+    assert_eq!(finished.recorder.first().unwrap().time, -5.0);
     // The tilted table has set the base swinging meanwhile, which controller 1 with an eliminated base feels.
     assert!(finished.outcome.final_error.iter().all(|error| error.abs() < 0.05), "{:?}", finished.outcome);
 }

@@ -5,10 +5,11 @@ use std::process::Command;
 
 use hinf_control::Law;
 use roxmltree::{Document, Node};
-use uarm::commands::run::PlantChoice;
-use uarm::figures::experiments::{Experiment, simulate};
-use uarm::figures::{overview, paper, style};
+use uarm::commands::figures::experiments::{Experiment, simulate_paper as simulate};
+use uarm::commands::figures::{overview, paper};
+use uarm::figures::style;
 use uarm::robot::Robot;
+use uarm::simulated_robot::PlantChoice;
 use uarm_plot::output::{png, svg};
 use uarm_plot::style::Colour;
 

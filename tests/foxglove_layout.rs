@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use uarm::robot::Robot;
-use uarm::run_log::topic::Topic;
+use uarm_log::topic::Topic;
 
 fn layout() -> Value {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/foxglove/uarm-layout.json");
@@ -124,7 +124,7 @@ fn lengths(log: &[u8]) -> BTreeMap<String, usize> {
     for message in MessageStream::new(log).unwrap().map(Result::unwrap) {
         match Topic::from_name(&message.channel.topic) {
             Some(Topic::Control) => {
-                let control = uarm::run_log::proto::ControlSample::decode(&*message.data).unwrap();
+                let control = uarm_log::proto::ControlSample::decode(&*message.data).unwrap();
                 for (name, length) in [
                     ("reference_position", control.reference_position.len()),
                     ("tracking_error", control.tracking_error.len()),
@@ -137,7 +137,7 @@ fn lengths(log: &[u8]) -> BTreeMap<String, usize> {
                 }
             }
             Some(Topic::Drives) => {
-                let drives = uarm::run_log::proto::DriveStates::decode(&*message.data).unwrap();
+                let drives = uarm_log::proto::DriveStates::decode(&*message.data).unwrap();
                 lengths.insert("/drives.drives".to_owned(), drives.drives.len());
             }
             _ => {}
@@ -159,7 +159,7 @@ fn every_element_is_there_in_a_recorded_run() {
     let file = record();
     let lengths = lengths(&std::fs::read(&file).unwrap());
     std::fs::remove_file(file).unwrap();
-    let joints = Robot::load(None).unwrap().joints.map(|joint| joint.name);
+    let joints = Robot::load(None).unwrap().description.joints.map(|joint| joint.name);
     for path in paths(&layout()) {
         let (topic, fields) = parse(&path);
         for (name, elements) in fields {

@@ -12,8 +12,8 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::widgets::Widget;
 use serde_json::Value;
-use uarm::monitor::source::Source;
-use uarm::monitor::view::View;
+use uarm::commands::monitor::source::Source;
+use uarm::commands::monitor::view::View;
 
 /// Longer than a run takes to begin on a loaded machine.
 const LONG: Duration = Duration::from_secs(30);
@@ -191,7 +191,7 @@ fn the_view_shows_what_was_recorded() {
 #[test]
 fn a_fault_is_what_the_view_says_first() {
     let folder = folder("fault");
-    let robot = uarm::robot::EMBEDDED;
+    let robot = uarm::robot::BUILT_IN;
     let limit = robot.lines().find(|line| line.starts_with("tracking_error_limit_deg")).unwrap();
     std::fs::write(folder.join("robot.toml"), robot.replace(limit, "tracking_error_limit_deg = 2.0")).unwrap();
     let path = folder.join("robot.toml");
@@ -199,7 +199,7 @@ fn a_fault_is_what_the_view_says_first() {
     let cause = source.state.fault.as_ref().unwrap().cause.clone();
     let mut buffer = Buffer::empty(Rect::new(0, 0, 160, 50));
     View(&source.state).render(buffer.area, &mut buffer);
-    let screen = uarm::plain_text::of(&buffer);
+    let screen = uarm::inspection::plain_text::of(&buffer);
     let first = screen.lines().nth(1).unwrap();
     assert!(first.contains("FAULT: ") && first.contains(&cause), "{cause}:\n{screen}");
 }
@@ -210,7 +210,7 @@ fn no_terminal_is_too_small() {
     for (width, height) in [(0, 0), (1, 1), (5, 3), (20, 10), (80, 24), (79, 37), (300, 100)] {
         let mut buffer = Buffer::empty(Rect::new(0, 0, width, height));
         View(&source.state).render(buffer.area, &mut buffer);
-        let screen = uarm::plain_text::of(&buffer);
+        let screen = uarm::inspection::plain_text::of(&buffer);
         assert_eq!(screen.lines().count(), usize::from(height));
         assert_eq!(height >= 10, screen.contains("Joints"), "what matters most has room first:\n{screen}");
     }

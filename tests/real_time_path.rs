@@ -1,31 +1,32 @@
 //! The real-time path does not allocate: a whole experiment, cycle by cycle, with the allocator watched.
 
+mod support;
+
 use std::io::{self, Write};
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use hinf_control::AdaptationGuard;
+use hinf_control::Disturbance;
 use hinf_control::Law;
-use uarm::commands::run::PlantChoice;
-use uarm::control_loop::progress::Progress;
-use uarm::control_loop::schedule::{OverrunPolicy, Schedule};
-use uarm::control_loop::timing::TimingRecorder;
-use uarm::control_loop::{ControlLoop, LoopEnd};
-use uarm::controllers::{self, AdaptationGuard};
-use uarm::experiment::{self, Settings, embedded};
-use uarm::recording::{self, Entry, FullQueue, Leftovers, Recording, RunEnd, Sink};
+use uarm::dimensions::Progress;
+use uarm::dimensions::{ACTIVE, JOINTS};
 use uarm::robot::Robot;
-use uarm::run_log::description::{RealtimeRequest, RunDescription};
-use uarm::run_log::time_axis::TimeAxis;
-use uarm::run_log::writer::LogWriter;
-use uarm::signals::StopRequest;
-use uarm::trace::TraceWriter;
+use uarm::simulated_robot::PlantChoice;
+use uarm::simulated_robot::{SimulatedPlant, emulate};
 use uarm_io::drive::network::DriveNetwork;
 use uarm_io::link::ObservedLink;
-use uarm_io::time::{Clock, Instant};
-use uarm_sim::{Disturbance, VirtualClock};
+use uarm_io::time::Clock;
+use uarm_loop::control_loop::{ControlLoop, LoopEnd};
+use uarm_loop::recording::{self, Entry, FullQueue, Leftovers, Recording, RunEnd, Sink};
+use uarm_loop::run::signal_path;
+use uarm_loop::schedule::{OverrunPolicy, Schedule};
+use uarm_loop::settings::Settings;
+use uarm_loop::stop_request::StopRequest;
+use uarm_loop::timing::TimingRecorder;
+use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
@@ -48,12 +49,12 @@ impl Write for Nowhere {
 /// A sink that the disk has stopped taking anything from.
 struct Stalled;
 
-impl Sink for Stalled {
+impl Sink<JOINTS, ACTIVE> for Stalled {
     fn name(&self) -> String {
         "stalled".to_owned()
     }
 
-    fn take(&mut self, _entry: Entry<'_>) -> io::Result<()> {
+    fn take(&mut self, _entry: Entry<'_, JOINTS, ACTIVE>) -> io::Result<()> {
         loop {
             std::thread::park();
         }
@@ -62,25 +63,27 @@ impl Sink for Stalled {
 
 /// Runs the loop of `law` under the watch, with everything recorded into `recording`. The queues to the writer are part of
 /// the real-time side, the writer is not.
-fn run_watched(law: Law, guard: AdaptationGuard, recording: &mut Recording) {
+fn run_watched(law: Law, guard: AdaptationGuard, recording: &mut Recording<JOINTS, ACTIVE>) {
     let robot = Robot::load(None).unwrap();
     let mut clock = VirtualClock::default();
-    let link = embedded::link(&robot, PlantChoice::Uarm, Disturbance::Paper, clock.clone()).unwrap();
+    let plant = SimulatedPlant::new(&robot, PlantChoice::Uarm, Disturbance::Paper).unwrap();
+    let link = InProcessLink::new(emulate(&robot, plant, Pacing::WallClock).unwrap(), clock.clone());
     let Recording { loop_recorder, frame_recorder, .. } = recording;
     let link = ObservedLink::new(link, |direction, frame: &_, at| frame_recorder.record(direction, frame, at));
-    let mut drives = DriveNetwork::new(link, robot.network_configuration().unwrap());
-    let mut controller = controllers::build(law, &robot, guard).unwrap();
+    let mut drives = DriveNetwork::new(link, robot.description.network_configuration().unwrap());
+    let mut controller = robot.controller(law, guard).unwrap();
     let progress = Progress::default();
     let stop = StopRequest::default();
     let settings = settings(law, guard);
     let mut control_loop = ControlLoop {
-        path: experiment::signal_path(&robot, &settings, &mut controller).unwrap(),
-        timing: TimingRecorder::new(robot.period.duration()),
+        path: signal_path(&robot.description, &settings, &mut controller).unwrap(),
+        timing: TimingRecorder::new(robot.description.period.duration()),
         progress: &progress,
         stop: &stop,
     };
     drives.start(&clock).unwrap();
-    let mut schedule = Schedule::new(clock.now() + Duration::from_millis(3), robot.period, OverrunPolicy::Skip);
+    let mut schedule =
+        Schedule::new(clock.now() + Duration::from_millis(3), robot.description.period, OverrunPolicy::Skip);
 
     let end = assert_no_alloc(|| control_loop.run(&mut drives, &mut clock, &mut schedule, loop_recorder));
 
@@ -98,17 +101,9 @@ const PERIOD: std::time::Duration = std::time::Duration::from_millis(3);
 
 /// Runs a law with a log, and checks that there is something in it.
 fn run_with_log(law: Law, guard: AdaptationGuard) {
-    let run = RunDescription {
-        settings: settings(law, guard),
-        place: "here".to_owned(),
-        axis: TimeAxis::simulated(),
-        robot: Robot::load(None).unwrap(),
-    };
     let written = Nowhere::default();
-    let request = RealtimeRequest::default();
-    let log = LogWriter::new(written.clone(), Path::new("log"), &run, &request, Instant::default(), &[]).unwrap();
-    let trace = TraceWriter::new(io::sink());
-    let mut recording = recording::start(vec![Box::new(log), Box::new(trace)], FullQueue::Wait, PERIOD).unwrap();
+    let log = support::log_writer(written.clone(), &settings(law, guard), &[]);
+    let mut recording = recording::start(vec![Box::new(log)], FullQueue::Wait, PERIOD).unwrap();
     run_watched(law, guard, &mut recording);
     let Recording { loop_recorder, frame_recorder, writer } = recording;
     let failures = writer.finish(Leftovers::of(loop_recorder, frame_recorder), RunEnd::default());

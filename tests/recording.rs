@@ -1,26 +1,27 @@
 //! What the writer does when the disk does not: nothing that the loop would notice, and nothing lost that could be kept.
 
+mod support;
+
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use embedded_can::StandardId;
 use hinf_control::Law;
-use uarm::commands::run::PlantChoice;
-use uarm::control_loop::record::{CycleRecord, Recorder};
-use uarm::experiment::Settings;
-use uarm::figures::experiments::simulate;
-use uarm::recording::{self, Entry, FullQueue, Leftovers, Recording, RunEnd, Severity, Sink};
+use uarm::commands::figures::experiments::simulate_paper;
+use uarm::dimensions::CycleRecord;
+use uarm::dimensions::{ACTIVE, JOINTS, RunLog};
 use uarm::robot::Robot;
-use uarm::run_log::description::{RealtimeRequest, RunDescription};
-use uarm::run_log::reader::RunLog;
-use uarm::run_log::time_axis::TimeAxis;
-use uarm::run_log::writer::LogWriter;
+use uarm::simulated_robot::PlantChoice;
 use uarm_io::frame::Frame;
 use uarm_io::link::FrameDirection;
 use uarm_io::time::Instant;
+use uarm_log::writer::LogWriter;
+use uarm_loop::record::Recorder;
+use uarm_loop::recording::{self, Entry, FullQueue, Leftovers, Recording, RunEnd, Severity, Sink};
+use uarm_loop::settings::Settings;
 
 /// The period of the built-in robot.
 const PERIOD: Duration = Duration::from_millis(3);
@@ -66,37 +67,43 @@ impl Write for Disk {
 struct Gated<S> {
     sink: S,
     open: Arc<AtomicBool>,
+    /// Cycles that went through the gate.
+    cycles_taken: Arc<AtomicU64>,
 }
 
-impl<S: Sink> Sink for Gated<S> {
+/// Waits for a condition that another thread brings about; fails if it does not come about in a minute.
+fn wait_until(condition: impl Fn() -> bool) {
+    let end = std::time::Instant::now() + Duration::from_secs(60);
+    while !condition() {
+        assert!(std::time::Instant::now() < end, "what is waited for does not happen");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+impl<S: Sink<JOINTS, ACTIVE>> Sink<JOINTS, ACTIVE> for Gated<S> {
     fn name(&self) -> String {
         self.sink.name()
     }
 
-    fn take(&mut self, entry: Entry<'_>) -> io::Result<()> {
+    fn take(&mut self, entry: Entry<'_, JOINTS, ACTIVE>) -> io::Result<()> {
         while !self.open.load(Ordering::Acquire) {
             std::thread::sleep(Duration::from_millis(1));
         }
-        self.sink.take(entry)
+        let is_cycle = matches!(entry, Entry::Cycle(_));
+        self.sink.take(entry)?;
+        self.cycles_taken.fetch_add(u64::from(is_cycle), Ordering::Release);
+        Ok(())
     }
 }
 
-fn log_writer(disk: &Disk) -> LogWriter<Disk> {
-    let settings = Settings::paper(Law::Neural);
-    let run = RunDescription {
-        settings,
-        place: "here".to_owned(),
-        axis: TimeAxis::simulated(),
-        robot: Robot::load(None).unwrap(),
-    };
-    let request = RealtimeRequest::default();
-    LogWriter::new(disk.clone(), Path::new("disk"), &run, &request, Instant::default(), &["hello".to_owned()]).unwrap()
+fn log_writer(disk: &Disk) -> LogWriter<Disk, JOINTS> {
+    support::log_writer(disk.clone(), &Settings::paper(Law::Neural), &["hello".to_owned()])
 }
 
 /// Cycles of a run, again and again, with ticks and instants that go on.
 fn cycles() -> impl Iterator<Item = CycleRecord> {
     let robot = Robot::load(None).unwrap();
-    let records = simulate(&robot, PlantChoice::Uarm, Law::Neural).unwrap().records;
+    let records = simulate_paper(&robot, PlantChoice::Uarm, Law::Neural).unwrap().records;
     (0_u64..).zip(records.into_iter().cycle()).map(|(tick, record)| {
         let mut record = record;
         let at = Instant::default() + PERIOD * u32::try_from(tick + 1).unwrap();
@@ -113,7 +120,7 @@ fn frame(id: u16, data: &[u8]) -> Frame {
 }
 
 /// An end like that of a run that failed.
-fn failed(leftovers: &Leftovers, dropped: u64) -> RunEnd {
+fn failed(leftovers: &Leftovers<JOINTS, ACTIVE>, dropped: u64) -> RunEnd {
     RunEnd {
         text: "FAILED: node 2 is on fire".to_owned(),
         fault: Some("node 2 is on fire".to_owned()),
@@ -129,17 +136,18 @@ fn the_last_seconds_before_a_fault_are_in_the_file_though_the_disk_stood_still()
     const CYCLES: u64 = 12_000;
     let disk = Disk::endless();
     let open = Arc::new(AtomicBool::new(true));
-    let sink = Gated { sink: log_writer(&disk), open: Arc::clone(&open) };
+    let taken = Arc::new(AtomicU64::new(0));
+    let sink = Gated { sink: log_writer(&disk), open: Arc::clone(&open), cycles_taken: Arc::clone(&taken) };
     let Recording { mut loop_recorder, mut frame_recorder, writer } =
         recording::start(vec![Box::new(sink)], FullQueue::Keep, PERIOD).unwrap();
     for record in cycles().take(CYCLES as usize) {
         // From the hundredth cycle on nothing is written until the run is over.
-        open.store(record.tick < 100, Ordering::Release);
+        if record.tick == 100 {
+            wait_until(|| taken.load(Ordering::Acquire) >= 100);
+            open.store(false, Ordering::Release);
+        }
         frame_recorder.record(FrameDirection::Sent, &frame(0x080, &[1]), record.instants.scheduled);
         loop_recorder.record(&record);
-        if record.tick == 90 {
-            std::thread::sleep(Duration::from_millis(50));
-        }
     }
     let dropped = writer.dropped();
     assert!(dropped > 1_000, "12 000 cycles do not fit 4000 + 2000: {dropped} lost");
@@ -177,8 +185,9 @@ fn the_window_before_a_fault_ends_with_the_last_cycle() {
     let stopped = records[LAST].instants.done + Duration::from_secs(7);
     let stop = frame(0x000, &[2, 0]);
     let stop = recording::FrameRecord { sequence: 0, direction: FrameDirection::Sent, frame: stop, at: stopped };
-    log.take(Entry::Frame(&stop)).unwrap();
-    log.take(Entry::End(&failed(&Leftovers::default(), 0))).unwrap();
+    log.take(Entry::<JOINTS, ACTIVE>::Frame(&stop)).unwrap();
+    let leftovers = Leftovers { cycles: Vec::new(), frames: Vec::new(), periodic: Vec::new(), cycles_recorded: 0 };
+    log.take(Entry::<JOINTS, ACTIVE>::End(&failed(&leftovers, 0))).unwrap();
     drop(log);
 
     let log = disk.log();
@@ -220,8 +229,8 @@ fn skipped_ticks_and_emergencies_are_told_in_words() {
     let emergency = frame(0x082, &[0x10, 0x43, 0x09, 0, 0, 0, 0, 0]);
     let at = Instant::from_nanoseconds(7_000_000_000);
     let record = recording::FrameRecord { sequence: 0, direction: FrameDirection::Received, frame: emergency, at };
-    log.take(Entry::Frame(&record)).unwrap();
-    log.take(Entry::End(&RunEnd::default())).unwrap();
+    log.take(Entry::<JOINTS, ACTIVE>::Frame(&record)).unwrap();
+    log.take(Entry::<JOINTS, ACTIVE>::End(&RunEnd::default())).unwrap();
     drop(log);
 
     let notes = disk.log().notes;

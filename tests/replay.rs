@@ -1,24 +1,21 @@
 //! A recorded run again: bit for bit, from the start and from keyframes, over gaps, and from the bus alone.
 
 mod patient_robot;
+mod support;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use hinf_control::Law;
-use uarm::replay::Source;
-use uarm::replay::bus_cycles::{BusCycle, bus_cycles};
-use uarm::replay::exact::{ExactReplay, Start};
-use uarm::run_log::candump;
-use uarm::run_log::reader::RunLog;
+use uarm::dimensions::{ACTIVE, JOINTS};
+use uarm::robot::Robot;
+use uarm_log::candump;
+use uarm_log::replay::bus_cycles::{BusCycle, bus_cycles};
+use uarm_log::replay::exact::{ExactReplay, Start};
+use uarm_log::replay::source::Source;
 
-fn uarm(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_uarm")).args(arguments).output().unwrap()
-}
-
-fn text(output: &Output) -> String {
-    format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
-}
+use support::{text, uarm};
+use uarm::dimensions::RunLog;
 
 /// Records a run into a new file named after `name`.
 fn record(name: &str, arguments: &[&str]) -> PathBuf {
@@ -37,26 +34,30 @@ fn replay(path: &Path, arguments: &[&str]) -> Output {
 /// A log that a test may change before it is replayed.
 struct Recorded {
     log: RunLog,
-    bus: Vec<BusCycle>,
+    robot: Robot,
+    bus: Vec<BusCycle<JOINTS>>,
 }
 
 impl Recorded {
     fn read(path: &Path) -> Self {
         let log = RunLog::read(path).unwrap();
-        let bus = bus_cycles(&log.frames, log.run.robot.joints.each_ref().map(|joint| joint.node.raw()));
-        Self { log, bus }
+        let robot = Robot::from_log(path, &log.run.robot).unwrap();
+        let bus = bus_cycles(&log.frames, robot.description.nodes());
+        Self { log, robot, bus }
     }
 
     fn replay(&self, start: Start) -> ExactReplay {
-        let source = Source {
-            robot: &self.log.run.robot,
-            settings: &self.log.run.settings,
+        let settings = self.log.run.settings().unwrap();
+        let source: Source<'_, JOINTS, ACTIVE> = Source {
+            robot: &self.robot.description,
+            settings: &settings,
             bus: &self.bus,
             records: &self.log.cycles,
             keyframes: &self.log.keyframes,
             fault: self.log.fault.as_ref().map(|fault| fault.cause.as_str()),
         };
-        ExactReplay::run(&source, start).unwrap()
+        let mut controller = self.robot.controller(settings.law, settings.guard).unwrap();
+        ExactReplay::run(&source, &mut controller, start).unwrap()
     }
 }
 
@@ -121,7 +122,7 @@ fn one_bit_is_seen_and_named() {
     let replay = recorded.replay(Start::Beginning);
     assert_eq!((replay.differing_cycles, replay.differences.len()), (1, 1));
     let difference = &replay.differences[0];
-    assert_eq!((difference.tick, difference.signal.as_str()), (700, "torque_requested_nm_3"));
+    assert_eq!((difference.tick, difference.signal.as_str()), (700, "torque_requested_3_nm"));
     assert!(!replay.is_equal());
 
     // A count in a frame other than the recorded one: the estimate differs, and so does all that follows.
@@ -143,7 +144,7 @@ fn behind_a_gap_it_goes_on_from_the_next_keyframe_and_says_what_is_lost() {
     let path = record("gap", &["--virtual-time", "--controller", "neural"]);
     let mut recorded = Recorded::read(&path);
     recorded.log.frames.drain(4_000..4_100);
-    let recorded = Recorded { bus: bus_cycles(&recorded.log.frames, [1, 2, 3]), log: recorded.log };
+    let recorded = Recorded { bus: bus_cycles(&recorded.log.frames, [1, 2, 3]), ..recorded };
     let replay = recorded.replay(Start::Beginning);
     assert!(replay.is_equal(), "{replay:?}");
     assert_eq!(replay.resumed, 1);

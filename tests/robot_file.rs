@@ -4,7 +4,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use uarm::robot::overrides::Overrides;
-use uarm::robot::{EMBEDDED, Robot};
+use uarm::robot::{BUILT_IN, Robot};
 
 fn error_of(text: &str) -> String {
     let parsed = Robot::parse(Path::new("test.toml"), text, &Overrides::default());
@@ -15,8 +15,8 @@ fn error_of(text: &str) -> String {
 
 /// The built-in file with one piece of text replaced.
 fn changed(from: &str, to: &str) -> String {
-    assert!(EMBEDDED.contains(from), "the robot file has {from:?}");
-    EMBEDDED.replacen(from, to, 1)
+    assert!(BUILT_IN.contains(from), "the robot file has {from:?}");
+    BUILT_IN.replacen(from, to, 1)
 }
 
 fn refuses(from: &str, to: &str, names: &[&str]) {
@@ -29,23 +29,33 @@ fn refuses(from: &str, to: &str, names: &[&str]) {
 #[test]
 fn the_built_in_robot_is_the_papers() {
     let robot = Robot::load(None).unwrap();
-    assert_eq!(robot.name, "UARM");
+    assert_eq!(robot.description.name, "UARM");
     assert_eq!(robot.model, dem_model::ThreeLinkDem::table_2());
     assert_eq!(robot.space_manipulator, dem_model::PlanarSpaceManipulator::table_1());
-    assert_eq!(robot.period.seconds(1), 0.003);
+    assert_eq!(robot.description.period.seconds(1), 0.003);
     assert_eq!(robot.plant, uarm_sim::UarmPlantParameters::fitted());
 }
 
 #[test]
 fn the_weights_are_table_3() {
-    use hinf_control::{Law, WeightReading, Weights};
-    let robot = Robot::load(None).unwrap();
-    for law in Law::PAPER {
-        let weights = uarm::robot::control::weights(&robot.file.controllers, law);
-        assert_eq!(weights, Weights::table_3(law, WeightReading::Blocks), "{}", law.name());
-        let z = uarm::robot::control::adaptation_weight(&robot.file.controllers, law);
-        assert_eq!(z, law.published_adaptation_weight(), "{}", law.name());
+    let controllers = Robot::load(None).unwrap().file.controllers;
+    // Table 3 by hand: Q1, Q2 and z of controllers 1 to 6; R and gamma are the same for all.
+    let table_3 = [
+        ([0.64, 0.64], [9.0, 7.0], None),
+        ([0.64, 0.64], [9.0, 7.0], Some(10.0)),
+        ([0.64, 0.64], [9.0, 7.0], Some(10.0)),
+        ([0.64, 0.64], [9.0, 7.0], Some(100.0)),
+        ([0.64, 0.64], [9.0, 7.0], Some(0.8)),
+        ([0.64, 0.64], [9.0, 7.0], Some(20.0)),
+    ];
+    for (law, (q1, q2, z)) in hinf_control::Law::PAPER.into_iter().zip(table_3) {
+        let weights = controllers.weights::<f64>(law);
+        assert_eq!(weights.velocity.diagonal().as_slice(), q1, "{}", law.name());
+        assert_eq!(weights.position.diagonal().as_slice(), q2, "{}", law.name());
+        assert_eq!(weights.control.diagonal().as_slice(), [0.9, 2.5], "{}", law.name());
+        assert_eq!(controllers.adaptation(law).map(|adaptation| adaptation.z), z, "{}", law.name());
     }
+    assert_eq!(controllers, hinf_control::ControllerSettings::default(), "the built-in file says what the crate does");
 }
 
 #[test]
@@ -104,8 +114,8 @@ proptest! {
 
     /// The built-in file with one byte changed.
     #[test]
-    fn no_mutation_panics(position in 0..EMBEDDED.len(), byte in 0x20_u8..0x7F) {
-        let mut bytes = EMBEDDED.as_bytes().to_vec();
+    fn no_mutation_panics(position in 0..BUILT_IN.len(), byte in 0x20_u8..0x7F) {
+        let mut bytes = BUILT_IN.as_bytes().to_vec();
         bytes[position] = byte;
         if let Ok(text) = String::from_utf8(bytes) {
             let _ = Robot::parse(Path::new("fuzz.toml"), &text, &Overrides::default());

@@ -106,11 +106,11 @@ fn the_csv_is_the_trace_and_the_frames_are_candumps() {
     assert!(std::fs::read(folder.join("shown.csv")).unwrap() == trace);
 
     let frames = std::fs::File::open(folder.join("frames.log")).unwrap();
-    let candump = uarm::run_log::candump::read(std::io::BufReader::new(frames)).unwrap();
-    let log = uarm::run_log::reader::RunLog::read(&folder.join("run.mcap")).unwrap();
+    let candump = uarm_log::candump::read(std::io::BufReader::new(frames)).unwrap();
+    let log = uarm_log::reader::RunLog::read(&folder.join("run.mcap")).unwrap();
     assert_eq!((candump.frames.len(), candump.left_out), (log.frames.len(), 0));
     let direct = text(&uarm(&folder, &["show", "run.mcap", "--candump", "-"]).stdout);
-    assert!(direct.lines().all(|line| line.contains(" vcan0 ")), "an embedded robot's frames can be played on vcan0");
+    assert!(direct.lines().all(|line| line.contains(" vcan0 ")), "a simulated robot's frames can be played on vcan0");
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn a_file_that_is_no_log_is_named() {
 fn a_fault_stands_first_with_its_cause_and_the_flight_recorder() {
     let folder = folder("fault");
     // Controller 1 errs by 2.9 degrees in the middle of the motion.
-    let robot = uarm::robot::EMBEDDED;
+    let robot = uarm::robot::BUILT_IN;
     let limit = robot.lines().find(|line| line.starts_with("tracking_error_limit_deg")).unwrap();
     std::fs::write(folder.join("robot.toml"), robot.replace(limit, "tracking_error_limit_deg = 2.0")).unwrap();
     let run = recorded(&folder, &["--robot", "robot.toml"]);

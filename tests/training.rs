@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use hinf_control::{FuzzySets, Law};
 use uarm::robot::Robot;
-use uarm::robot::fuzzy_sets::{EMBEDDED, TrainedSets};
+use uarm::robot::fuzzy_sets::{BUILT_IN, TrainedSets};
 
 fn uarm(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_uarm"))
@@ -42,7 +42,7 @@ fn commands_in(text: &str) -> Vec<Vec<&str>> {
 #[test]
 fn the_shipped_sets_come_from_the_commands_above_them() {
     let directory = scratch("shipped");
-    let commands = commands_in(EMBEDDED);
+    let commands = commands_in(BUILT_IN);
     let firsts: Vec<_> = commands.iter().map(|command| command[0]).collect();
     assert_eq!(firsts, ["run", "run", "train"]);
     for command in &commands {
@@ -52,7 +52,7 @@ fn the_shipped_sets_come_from_the_commands_above_them() {
         assert!(output.status.success(), "{}", standard_error(&output));
     }
     let trained = std::fs::read_to_string(directory.join("sets.toml")).unwrap();
-    assert!(EMBEDDED.ends_with(&trained), "{trained}");
+    assert!(BUILT_IN.ends_with(&trained), "{trained}");
     assert_ne!(TrainedSets::embedded().unwrap().sets, FuzzySets::untrained());
 }
 

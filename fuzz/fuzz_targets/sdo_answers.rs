@@ -14,8 +14,8 @@ use uarm_io::link::{Link, Received};
 use uarm_io::time::{Clock, Instant};
 use uarm_io::torque::RatedTorque;
 use uarm_sim::{
-    DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderDescription, InProcessError, InProcessLink, Pacing,
-    VirtualClock,
+    DemPlant, DriveDescription, DriveParameters, EmulatedRobot, EncoderDescription, InProcessError, InProcessLink,
+    Pacing, VirtualClock,
 };
 
 const PERIOD: Duration = Duration::from_millis(3);

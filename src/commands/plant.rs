@@ -81,7 +81,12 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let link = SocketCanLink::open(name, Reception::Everything)?;
     let stop = signals::stop_request().context("signal handlers")?;
     let nodes: Vec<_> = robot.description.nodes().iter().map(u8::to_string).collect();
-    eprintln!("{}: emulated drives, nodes {}, on {} ({pacing:?})", robot.description.name, nodes.join(" "), arguments.can);
+    eprintln!(
+        "{}: emulated drives, nodes {}, on {} ({pacing:?})",
+        robot.description.name,
+        nodes.join(" "),
+        arguments.can
+    );
     serve(emulated, link, &stop)?;
     Ok(ExitCode::SUCCESS)
 }

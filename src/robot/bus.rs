@@ -13,55 +13,47 @@ use crate::dimensions::JOINTS;
 const BITRATES: [u32; 8] = [1_000_000, 800_000, 500_000, 250_000, 125_000, 50_000, 20_000, 10_000];
 
 pub(super) fn check(bus: &file::Bus, period: Period, check: &Checker<'_>) -> Result<Bus, RobotError> {
-        if !BITRATES.contains(&bus.bitrate_hz) {
-            return Err(check.refuse("bus.bitrate_hz", bus.bitrate_hz, format!("one of {BITRATES:?}")));
-        }
-        let bit_rate = BitRate::new(bus.bitrate_hz)
-            .map_err(|error| check.refuse("bus.bitrate_hz", bus.bitrate_hz, error.to_string()))?;
-        let time = BusTime::of_cycle(JOINTS, bit_rate, period.duration())
-            .map_err(|error| check.refuse("control.period_us", period.duration().as_micros(), error.to_string()))?;
-        let milliseconds = |field: &str, value: u16, least: Duration, why: &str| {
-            let duration = Duration::from_millis(value.into());
-            if duration >= least {
-                Ok(duration)
-            } else {
-                Err(check.refuse(format!("bus.{field}"), value, format!("at least {} ({why})", least.as_millis())))
-            }
-        };
-        // The controller sends its heartbeat from within the loop, so never more often than once a cycle.
-        let controller_heartbeat = milliseconds(
-            "controller_heartbeat_ms",
-            bus.controller_heartbeat_ms,
-            period.duration(),
-            "one period of the loop, rounded up",
-        )?;
-        let controller_timeout = milliseconds(
-            "controller_timeout_ms",
-            bus.controller_timeout_ms,
-            controller_heartbeat * 2,
-            "two heartbeats of the controller: one may be lost",
-        )?;
-        let drive_heartbeat = milliseconds(
-            "drive_heartbeat_ms",
-            bus.drive_heartbeat_ms,
-            Duration::from_millis(1),
-            "the unit of object 1017h",
-        )?;
-        let drive_timeout = milliseconds(
-            "drive_timeout_ms",
-            bus.drive_timeout_ms,
-            drive_heartbeat * 2,
-            "two heartbeats of the drive: one may be lost",
-        )?;
-        let sdo_timeout =
-            milliseconds("sdo_timeout_ms", bus.sdo_timeout_ms, Duration::from_millis(1), "one frame each way")?;
-        Ok(Bus {
-            bit_rate,
-            time,
-            controller_heartbeat,
-            controller_timeout,
-            drive_heartbeat,
-            drive_timeout,
-            sdo_timeout,
-        })
+    if !BITRATES.contains(&bus.bitrate_hz) {
+        return Err(check.refuse("bus.bitrate_hz", bus.bitrate_hz, format!("one of {BITRATES:?}")));
     }
+    let bit_rate = BitRate::new(bus.bitrate_hz)
+        .map_err(|error| check.refuse("bus.bitrate_hz", bus.bitrate_hz, error.to_string()))?;
+    let time = BusTime::of_cycle(JOINTS, bit_rate, period.duration())
+        .map_err(|error| check.refuse("control.period_us", period.duration().as_micros(), error.to_string()))?;
+    let milliseconds = |field: &str, value: u16, least: Duration, why: &str| {
+        let duration = Duration::from_millis(value.into());
+        if duration >= least {
+            Ok(duration)
+        } else {
+            Err(check.refuse(format!("bus.{field}"), value, format!("at least {} ({why})", least.as_millis())))
+        }
+    };
+    // The controller sends its heartbeat from within the loop, so never more often than once a cycle.
+    let controller_heartbeat = milliseconds(
+        "controller_heartbeat_ms",
+        bus.controller_heartbeat_ms,
+        period.duration(),
+        "one period of the loop, rounded up",
+    )?;
+    let controller_timeout = milliseconds(
+        "controller_timeout_ms",
+        bus.controller_timeout_ms,
+        controller_heartbeat * 2,
+        "two heartbeats of the controller: one may be lost",
+    )?;
+    let drive_heartbeat = milliseconds(
+        "drive_heartbeat_ms",
+        bus.drive_heartbeat_ms,
+        Duration::from_millis(1),
+        "the unit of object 1017h",
+    )?;
+    let drive_timeout = milliseconds(
+        "drive_timeout_ms",
+        bus.drive_timeout_ms,
+        drive_heartbeat * 2,
+        "two heartbeats of the drive: one may be lost",
+    )?;
+    let sdo_timeout =
+        milliseconds("sdo_timeout_ms", bus.sdo_timeout_ms, Duration::from_millis(1), "one frame each way")?;
+    Ok(Bus { bit_rate, time, controller_heartbeat, controller_timeout, drive_heartbeat, drive_timeout, sdo_timeout })
+}

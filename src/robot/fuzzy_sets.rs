@@ -170,7 +170,7 @@ fn bells(
             half_width: half_width.to_radians(),
             steepness,
         })
-            .map_err(|error| check.refuse(format!("{field}[{index}]"), error, "a bell"))?;
+        .map_err(|error| check.refuse(format!("{field}[{index}]"), error, "a bell"))?;
     }
     Ok(bells)
 }

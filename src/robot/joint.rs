@@ -41,9 +41,8 @@ fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>)
     let limits = &joint.limits;
     let minimum = check.within(&field("limits.minimum_deg"), limits.minimum_deg, -36_000.0, 36_000.0)?;
     let maximum = check.within(&field("limits.maximum_deg"), limits.maximum_deg, minimum, 36_000.0)?;
-    let velocity = check
-        .within(&field("limits.velocity_deg_per_s"), limits.velocity_deg_per_s, 1e-3, 36_000.0)?
-        .to_radians();
+    let velocity =
+        check.within(&field("limits.velocity_deg_per_s"), limits.velocity_deg_per_s, 1e-3, 36_000.0)?.to_radians();
     let encoder = encoder(index, &joint.encoder, velocity, period, check)?;
     let torque_limit = match joint.role {
         Role::Active => check.positive(&field("limits.torque_nm"), limits.torque_nm)?,
@@ -95,8 +94,9 @@ fn encoder(
     // A wake-up may come up to a period late without a deadline missed, so one period's motion at full velocity is the
     // margin.
     let margin = (velocity * period / counts_per_revolution.resolution()).ceil() as u32 + 1;
-    let jump_limit = JumpLimit::new(velocity, margin)
-        .map_err(|error| check.refuse(format!("joints[{index}].limits.velocity_deg_per_s"), velocity, error.to_string()))?;
+    let jump_limit = JumpLimit::new(velocity, margin).map_err(|error| {
+        check.refuse(format!("joints[{index}].limits.velocity_deg_per_s"), velocity, error.to_string())
+    })?;
     Ok(EncoderConfiguration {
         counts_per_revolution,
         counter_width,

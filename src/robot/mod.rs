@@ -27,7 +27,7 @@ use hinf_control::{AdaptationGuard, AnyController, BuildContext, BuildError, Fuz
 use uarm_io::time::Duration;
 use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
-use uarm_log::description::RobotDescription;
+use uarm_log::description::{JointDescription, RobotDescription};
 use uarm_loop::period::Period;
 
 use crate::dimensions::{JOINTS, LoopRobot};
@@ -156,10 +156,14 @@ impl Robot {
         })
     }
 
-    /// The lengths of the links behind the joints, m, the base's first.
-    pub fn link_lengths(&self) -> [f64; JOINTS] {
+    /// The joints as a log shows them, the passive base first.
+    pub fn joint_descriptions(&self) -> [JointDescription; JOINTS] {
         let [second, third] = self.model.links();
-        [self.model.base().length, second.length, third.length]
+        let lengths = [self.model.base().length, second.length, third.length];
+        std::array::from_fn(|index| {
+            let joint = &self.description.joints[index];
+            JointDescription { name: joint.name.clone(), node: joint.node.raw(), link_length: lengths[index] }
+        })
     }
 
     /// The control law with the robot file's weights and choices, in its initial state.

@@ -14,22 +14,20 @@ use super::file;
 const LONGEST: f64 = 3600.0;
 
 pub(super) fn check(task: &file::Task, check: &Checker<'_>) -> Result<Task<ACTIVE>, RobotError> {
-        let radians = |field: &str, [joint_2, joint_3]: [f64; 2]| -> Result<Vector2<f64>, RobotError> {
-            Ok(Vector2::new(
-                check.within(&format!("task.{field}[0]"), joint_2, -360.0, 360.0)?.to_radians(),
-                check.within(&format!("task.{field}[1]"), joint_3, -360.0, 360.0)?.to_radians(),
-            ))
-        };
-        let start = radians("start_deg", task.start_deg)?;
-        let end = radians("end_deg", task.end_deg)?;
-        let duration = check.within("task.duration_s", task.duration_s, 0.1, LONGEST)?;
-        let reference = QuinticReference::new(start, end, duration)
-            .map_err(|error| check.refuse("task", format!("{start:?} to {end:?}"), error.to_string()))?;
-        Ok(Task {
-            reference,
-            hold: check.within("task.hold_s", task.hold_s, 0.0, LONGEST)?,
-            start_tolerance: check
-                .within("task.start_tolerance_deg", task.start_tolerance_deg, 0.0, 90.0)?
-                .to_radians(),
-        })
-    }
+    let radians = |field: &str, [joint_2, joint_3]: [f64; 2]| -> Result<Vector2<f64>, RobotError> {
+        Ok(Vector2::new(
+            check.within(&format!("task.{field}[0]"), joint_2, -360.0, 360.0)?.to_radians(),
+            check.within(&format!("task.{field}[1]"), joint_3, -360.0, 360.0)?.to_radians(),
+        ))
+    };
+    let start = radians("start_deg", task.start_deg)?;
+    let end = radians("end_deg", task.end_deg)?;
+    let duration = check.within("task.duration_s", task.duration_s, 0.1, LONGEST)?;
+    let reference = QuinticReference::new(start, end, duration)
+        .map_err(|error| check.refuse("task", format!("{start:?} to {end:?}"), error.to_string()))?;
+    Ok(Task {
+        reference,
+        hold: check.within("task.hold_s", task.hold_s, 0.0, LONGEST)?,
+        start_tolerance: check.within("task.start_tolerance_deg", task.start_tolerance_deg, 0.0, 90.0)?.to_radians(),
+    })
+}

@@ -58,6 +58,9 @@ fn each_readme_states_the_oldest_rust_that_is_tested() {
     for (name, root) in Workspace::load().library_roots() {
         let readme = root.ancestors().nth(2).expect("crates/NAME/src/lib.rs").join("README.md");
         let text = std::fs::read_to_string(&readme).unwrap_or_else(|error| panic!("{}: {error}", readme.display()));
-        assert!(text.contains(stated), "{name}: README.md says nothing of Rust {stated}, the rust-version of the workspace");
+        assert!(
+            text.contains(stated),
+            "{name}: README.md says nothing of Rust {stated}, the rust-version of the workspace"
+        );
     }
 }

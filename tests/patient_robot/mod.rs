@@ -8,7 +8,7 @@ const PATIENCE: [(&str, u32); 2] = [("controller_timeout_ms", 3000), ("drive_tim
 
 /// Writes its robot file into `folder`.
 pub fn write(folder: &Path) -> PathBuf {
-    let lines = uarm::robot::EMBEDDED.lines().map(|line| {
+    let lines = uarm::robot::BUILT_IN.lines().map(|line| {
         let watchdog = PATIENCE.iter().find(|(field, _)| line.starts_with(field));
         watchdog.map_or_else(|| line.to_owned(), |(field, limit)| format!("{field} = {limit}"))
     });

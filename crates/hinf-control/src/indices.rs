@@ -43,7 +43,7 @@ impl<T: Scalar> PerformanceIndices<T> {
         if self.elapsed > T::zero() { (self.squared_error / self.elapsed).sqrt() } else { T::zero() }
     }
 
-    /// E so far, N·m·s. The paper relates it to energy; it is none.
+    /// E so far, N·m·s. The paper relates it to energy, which has another unit.
     pub fn torque(&self) -> T {
         self.torque
     }

@@ -2,7 +2,7 @@
 //!
 //! With V = ½c sᵀMs + ½q̃ᵀKq̃ + ½Σ_k κ_k Φ̃_kᵀZ_kΦ̃_k, a law has the level γ (eq. 8, inequality 12) if
 //! V̇ + ½x̃ᵀQx̃ + ½uᵀRu − ½γ²ωᵀω ≤ 0 in every state and for every disturbance, ω = T11 d. All of V̇ is computed here from
-//! what the law answers and what the plant then does.
+//! what the law commands and what the plant then does.
 
 mod common;
 
@@ -119,7 +119,7 @@ fn learning_sample<const P: usize>(
     situation.sample(&command, acceleration, inertia, storage_rate.sum())
 }
 
-/// Who knows F.
+/// Where F comes from.
 #[derive(Clone, Copy)]
 enum NominalPart {
     /// It is part of ΞΦ*.

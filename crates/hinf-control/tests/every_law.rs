@@ -1,4 +1,4 @@
-//! What every law keeps: finite outputs whatever comes in, exact freezing and thawing, the same answers in f32 and f64.
+//! What every law keeps: finite outputs whatever comes in, exact freezing and thawing, the same commands in f32 and f64.
 
 use dem_model::{Scalar, ThreeLinkDem};
 use hinf_control::{
@@ -89,7 +89,7 @@ fn ordinary() -> impl Strategy<Value = Cycle> {
     })
 }
 
-fn answer<T: Scalar>(law: &mut AnyController<T>, cycle: &Cycle) -> hinf_control::Command<T> {
+fn run_cycle<T: Scalar>(law: &mut AnyController<T>, cycle: &Cycle) -> hinf_control::Command<T> {
     let (measurement, reference, period) = cycle.inputs();
     let command = law.update(&measurement, &reference, period);
     law.limited(cycle.limited);
@@ -100,7 +100,7 @@ fn stays_finite<T: Scalar>(cycles: &[Cycle]) -> Result<(), TestCaseError> {
     for safeguards in [false, true] {
         for (name, mut law) in variants::<T>(safeguards) {
             for cycle in cycles {
-                let command = answer(&mut law, cycle);
+                let command = run_cycle(&mut law, cycle);
                 let numbers = command.torque.iter().chain(command.control_input.iter()).chain(law.parameters());
                 prop_assert!(numbers.copied().all(|number| number.is_finite()), "{}", name);
                 let (measurement, reference, period) = cycle.inputs::<T>();
@@ -130,7 +130,7 @@ proptest! {
     ) {
         for safeguards in [false, true] {
             for (name, mut law) in variants::<f64>(safeguards) {
-                before.iter().for_each(|cycle| { answer(&mut law, cycle); });
+                before.iter().for_each(|cycle| { run_cycle(&mut law, cycle); });
                 let parameters = law.parameters().to_vec();
                 let (measurement, reference, period) = bad.inputs();
                 let command = law.update(&measurement, &reference, period);
@@ -142,7 +142,7 @@ proptest! {
                     let frozen = law.freeze();
                     let pending = frozen.values().get(parameters.len()..).unwrap();
                     prop_assert!(pending.iter().all(|value| *value == 0.0), "{}", &name);
-                    answer(&mut law, &after);
+                    run_cycle(&mut law, &after);
                     prop_assert_eq!(law.parameters(), &parameters[..], "{}", &name);
                 }
             }
@@ -155,14 +155,14 @@ proptest! {
     ) {
         for safeguards in [false, true] {
             for ((name, mut law), (_, mut other)) in variants::<f64>(safeguards).into_iter().zip(variants(safeguards)) {
-                before.iter().for_each(|cycle| { answer(&mut law, cycle); });
+                before.iter().for_each(|cycle| { run_cycle(&mut law, cycle); });
                 // The other has a past of its own, which thawing must wipe out.
-                after.iter().for_each(|cycle| { answer(&mut other, cycle); });
+                after.iter().for_each(|cycle| { run_cycle(&mut other, cycle); });
                 let frozen = law.freeze();
                 other.thaw(&frozen).unwrap();
                 prop_assert_eq!(other.freeze(), frozen);
                 for cycle in &after {
-                    prop_assert_eq!(answer(&mut other, cycle), answer(&mut law, cycle), "{}", name);
+                    prop_assert_eq!(run_cycle(&mut other, cycle), run_cycle(&mut law, cycle), "{}", name);
                 }
                 prop_assert_eq!(other.parameters(), law.parameters());
             }
@@ -172,10 +172,10 @@ proptest! {
     #[test]
     fn reset_brings_the_beginning_back(cycles in prop::collection::vec(ordinary(), 1..6)) {
         for ((name, mut law), (_, mut fresh)) in variants::<f64>(true).into_iter().zip(variants(true)) {
-            cycles.iter().for_each(|cycle| { answer(&mut law, cycle); });
+            cycles.iter().for_each(|cycle| { run_cycle(&mut law, cycle); });
             law.reset();
             for cycle in &cycles {
-                prop_assert_eq!(answer(&mut law, cycle), answer(&mut fresh, cycle), "{}", name);
+                prop_assert_eq!(run_cycle(&mut law, cycle), run_cycle(&mut fresh, cycle), "{}", name);
             }
         }
     }
@@ -184,7 +184,7 @@ proptest! {
     fn single_and_double_precision_agree(cycles in prop::collection::vec(ordinary(), 1..6)) {
         for ((name, mut double), (_, mut single)) in variants::<f64>(false).into_iter().zip(variants::<f32>(false)) {
             for cycle in &cycles {
-                let (double, single) = (answer(&mut double, cycle).torque, answer(&mut single, cycle).torque);
+                let (double, single) = (run_cycle(&mut double, cycle).torque, run_cycle(&mut single, cycle).torque);
                 let difference = (double - single.map(f64::from)).amax();
                 // f32 holds angles of 3 rad to 2e-7; Λ/R of 15/s multiplies, the sums and solutions add their own.
                 prop_assert!(difference < 1e-4 * (1.0 + double.amax()), "{}: {:e}", name, difference);
@@ -238,13 +238,35 @@ fn the_guard_keeps_the_parameters_in_a_box_around_their_start() {
                 limited: [false, false],
             };
             (0..20).for_each(|_| {
-                answer(&mut controller, &cycle);
+                run_cycle(&mut controller, &cycle);
             });
             let distances = controller.parameters().iter().zip(&start).map(|(now, start)| f64::abs(now - start));
             distances.fold(0.0, f64::max)
         };
         assert!(farthest(&free) > adaptation.bound, "{law:?}");
         assert!((farthest(&bounded) - adaptation.bound).abs() < 1e-12, "{law:?}");
+    }
+}
+
+#[test]
+fn the_guard_holds_the_parameters_while_a_torque_is_limited() {
+    let cycle = |limited| Cycle {
+        numbers: [0.3, 0.4, 0.1, -0.1, 0.0, 0.2, 0.1, 0.32, 0.37, 0.0, 0.0, 0.0, 0.0],
+        period: 0.003,
+        limited: [false, limited],
+    };
+    for law in Law::ALL {
+        let settings = ControllerSettings::default();
+        for (adaptation_guard, holds) in [(AdaptationGuard::None, false), (AdaptationGuard::Bounded, true)] {
+            let context = BuildContext { adaptation_guard, ..BuildContext::new(ThreeLinkDem::<f64>::table_2()) };
+            let mut controller = settings.build(law, &context).unwrap();
+            let start = controller.parameters().to_vec();
+            run_cycle(&mut controller, &cycle(true));
+            let command = run_cycle(&mut controller, &cycle(true));
+            let adapts = settings.adaptation(law).is_some();
+            assert_eq!(controller.parameters() == start, holds || !adapts, "{law:?}");
+            assert_eq!(command.adaptation.frozen, holds && adapts, "{law:?}");
+        }
     }
 }
 
@@ -290,15 +312,15 @@ fn a_base_acceleration_that_is_no_number_voids_the_cycle() {
     bad.numbers[6] = f64::NAN;
     let mut found = 0;
     for (name, mut law) in variants::<f64>(false) {
-        answer(&mut law, &start);
-        answer(&mut law, &start);
+        run_cycle(&mut law, &start);
+        run_cycle(&mut law, &start);
         let parameters = law.parameters().to_vec();
-        let command = answer(&mut law, &bad);
+        let command = run_cycle(&mut law, &bad);
         if name.ends_with(" measured") {
             found += 1;
             assert!(command.adaptation.fell_back && command.torque == Vector2::zeros(), "{name}");
             assert_eq!(law.parameters(), parameters, "{name}");
-            answer(&mut law, &start);
+            run_cycle(&mut law, &start);
             assert_eq!(law.parameters(), parameters, "{name}");
         } else {
             assert!(!command.adaptation.fell_back, "{name}");

@@ -32,9 +32,7 @@ pub fn write<const J: usize, const N: usize>(cycles: &[CycleRecord<J, N>], mut o
             }
         }
         let instants = &record.instants;
-        for instant in
-            [instants.woke, instants.sync_sent, instants.counts_in, instants.torque_out, instants.done]
-        {
+        for instant in [instants.woke, instants.sync_sent, instants.counts_in, instants.torque_out, instants.done] {
             write!(output, ",{}", instant.since(instants.scheduled).as_nanos())?;
         }
         writeln!(output)?;

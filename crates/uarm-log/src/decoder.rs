@@ -175,7 +175,12 @@ impl<const J: usize, const N: usize> Decoder<J, N> {
         Ok(())
     }
 
-    fn message(&mut self, header: &MessageHeader, data: &[u8], emit: &mut dyn FnMut(Item<J, N>)) -> Result<(), DecodeError> {
+    fn message(
+        &mut self,
+        header: &MessageHeader,
+        data: &[u8],
+        emit: &mut dyn FnMut(Item<J, N>),
+    ) -> Result<(), DecodeError> {
         let (Some(topic), Some(axis)) = (self.channels.get(&header.channel_id).copied(), self.axis) else {
             return Ok(());
         };
@@ -205,7 +210,10 @@ impl<const J: usize, const N: usize> Decoder<J, N> {
 
 impl Parts {
     /// The record, if its three messages are there.
-    fn join<const J: usize, const N: usize>(&mut self, axis: TimeAxis) -> Result<Option<CycleRecord<J, N>>, ShapeError> {
+    fn join<const J: usize, const N: usize>(
+        &mut self,
+        axis: TimeAxis,
+    ) -> Result<Option<CycleRecord<J, N>>, ShapeError> {
         let Self { control: Some(control), timing: Some(timing), drives: Some(drives) } = std::mem::take(self) else {
             return Ok(None);
         };

@@ -199,9 +199,8 @@ impl RunDescription {
     /// [`DescriptionError`] if a field is missing or wrong without which nothing in the log can be read.
     pub fn from_fields(run: Fields, robot: Fields) -> Result<Self, DescriptionError> {
         let offset = parse(&run, "clock_offset_ns", "a whole number of nanoseconds", |text| text.parse().ok())?;
-        let period = parse(&run, "period_us", "100 to 100000", |text| {
-            Period::new(Duration::from_micros(text.parse().ok()?))
-        })?;
+        let period =
+            parse(&run, "period_us", "100 to 100000", |text| Period::new(Duration::from_micros(text.parse().ok()?)))?;
         Ok(Self {
             controller: text(&run, RUN, "controller")?.to_owned(),
             place: text(&run, RUN, "place")?.to_owned(),
@@ -293,12 +292,8 @@ fn parse<V>(
     parse: impl Fn(&str) -> Option<V>,
 ) -> Result<V, DescriptionError> {
     let value = text(fields, RUN, field)?;
-    let wrong = || DescriptionError::Value {
-        record: RUN,
-        field,
-        value: value.to_owned(),
-        expected: expected.to_owned(),
-    };
+    let wrong =
+        || DescriptionError::Value { record: RUN, field, value: value.to_owned(), expected: expected.to_owned() };
     parse(value).ok_or_else(wrong)
 }
 
@@ -328,9 +323,7 @@ fn sets_from_text(text: &str) -> Result<Option<FuzzySets<f64>>, DescriptionError
     let bell = |text: &str| {
         let numbers: Option<Vec<f64>> = text.split_whitespace().map(|number| number.parse().ok()).collect();
         match *numbers?.as_slice() {
-            [centre, half_width, steepness] => {
-                GeneralisedBell::new(BellShape { centre, half_width, steepness }).ok()
-            }
+            [centre, half_width, steepness] => GeneralisedBell::new(BellShape { centre, half_width, steepness }).ok(),
             _ => None,
         }
     };
@@ -408,7 +401,9 @@ mod tests {
 
     #[test]
     fn sets_of_another_shape_are_refused() {
-        for wrong in ["1 2", "1 2 3", "1 2 3; 1 2 3; 1 2 3; 1 2 3; 1 2 3; 1 2 x", "0 0 0; 1 2 3; 1 2 3; 1 2 3; 1 2 3; 1 2 3"] {
+        for wrong in
+            ["1 2", "1 2 3", "1 2 3; 1 2 3; 1 2 3; 1 2 3; 1 2 3; 1 2 x", "0 0 0; 1 2 3; 1 2 3; 1 2 3; 1 2 3; 1 2 3"]
+        {
             assert!(sets_from_text(wrong).is_err(), "{wrong}");
         }
         assert_eq!(sets_from_text(""), Ok(None));

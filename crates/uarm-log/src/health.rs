@@ -41,10 +41,7 @@ fn node(node: &NodeHealth, at: Instant) -> proto::NodeHealth {
         heartbeat_age_ms: age(node.last_heartbeat_at),
         longest_heartbeat_gap_ms: milliseconds(node.longest_heartbeat_gap),
         nmt_state: words::nmt_state(node.nmt_state).to_owned(),
-        last_emergency: node
-            .last_emergency
-            .map(|message| Emergency(message).to_string())
-            .unwrap_or_default(),
+        last_emergency: node.last_emergency.map(|message| Emergency(message).to_string()).unwrap_or_default(),
     }
 }
 

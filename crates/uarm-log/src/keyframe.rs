@@ -48,7 +48,10 @@ fn joint(state: &JointState) -> keyframe::JointState {
 ///
 /// # Errors
 /// [`ShapeError`] if a field has another number of values than any robot's.
-pub fn state<const J: usize, const N: usize>(message: &proto::Keyframe, axis: TimeAxis) -> Result<Keyframe<J, N>, ShapeError> {
+pub fn state<const J: usize, const N: usize>(
+    message: &proto::Keyframe,
+    axis: TimeAxis,
+) -> Result<Keyframe<J, N>, ShapeError> {
     let joints: &[keyframe::JointState; J] = array_ref("Keyframe.joints", &message.joints)?;
     let controller = FrozenState::new(&message.controller).ok_or(ShapeError {
         field: "Keyframe.controller",

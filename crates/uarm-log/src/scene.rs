@@ -136,8 +136,8 @@ fn entity(link: &Link, at: u64) -> SceneEntity {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dem_model::ThreeLinkDem;
     use approx::assert_relative_eq;
+    use dem_model::ThreeLinkDem;
     use uarm_loop::nalgebra::{Rotation2, Vector2 as Plane, Vector3 as Angles};
 
     /// The chain of frames, multiplied out, ends where the model's kinematics says the end effector is.
@@ -145,7 +145,8 @@ mod tests {
     fn the_frames_agree_with_the_kinematics() {
         let model = ThreeLinkDem::<f64>::table_2();
         let lengths = [model.base().length, model.links()[0].length, model.links()[1].length];
-        let scene = Scene::new(&lengths.map(|link_length| JointDescription { name: String::new(), node: 1, link_length }));
+        let scene =
+            Scene::new(&lengths.map(|link_length| JointDescription { name: String::new(), node: 1, link_length }));
         let q = [0.3, -0.7, 1.1];
         let mut record = CycleRecord::<3, 2>::default();
         record.position = q;

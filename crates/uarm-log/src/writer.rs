@@ -198,7 +198,9 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
             PeriodicRecord::Keyframe(state, _) => {
                 self.put(Topic::Keyframes, sequence, at, at, &keyframe::message(state, self.axis))
             }
-            PeriodicRecord::Health(record) => self.put(Topic::CanHealth, sequence, at, at, &health::message(record, dropped)),
+            PeriodicRecord::Health(record) => {
+                self.put(Topic::CanHealth, sequence, at, at, &health::message(record, dropped))
+            }
         }
     }
 

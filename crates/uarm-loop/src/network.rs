@@ -56,6 +56,11 @@ fn drive(joint: &Joint) -> DriveConfiguration {
         encoder_increments: joint.encoder.counts_per_revolution.get(),
         encoder_revolutions: ENCODER_REVOLUTIONS,
         rated_torque: joint.torque_scale.rated_torque,
-        settings: joint.writes.iter().take(MAX_SETTINGS).map(|(address, value)| Setting::new(*address, *value)).collect(),
+        settings: joint
+            .writes
+            .iter()
+            .take(MAX_SETTINGS)
+            .map(|(address, value)| Setting::new(*address, *value))
+            .collect(),
     }
 }

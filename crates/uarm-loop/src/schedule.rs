@@ -38,7 +38,9 @@ pub struct Tick {
 
 /// A tick came after its successor was due, and the policy is [`OverrunPolicy::Stop`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("cycle {index} was due {late:?} ago: the cycle before it missed its deadline, and the overrun policy is to stop")]
+#[error(
+    "cycle {index} was due {late:?} ago: the cycle before it missed its deadline, and the overrun policy is to stop"
+)]
 pub struct Overrun {
     /// The tick that is late.
     pub index: u64,

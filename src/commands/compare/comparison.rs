@@ -4,19 +4,19 @@ use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::Path;
 
 use anyhow::Context;
-use serde::Serialize;
 use hinf_control::Disturbance;
+use serde::Serialize;
 
-use super::variant::{ControllerVariant, VariantRobot, Origin};
+use super::caveat::caveat;
+use super::experiments::{experiment as run_experiment, in_parallel};
 use super::start::StartVariation;
 use super::statistics::Summary;
-use super::experiments::{experiment as run_experiment, in_parallel};
-use super::caveat::caveat;
+use super::variant::{ControllerVariant, Origin, VariantRobot};
 use crate::dimensions::Outcome;
-use crate::simulation::SimulatedEnd;
-use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
-use uarm_loop::outcome::Indices;
 use crate::robot::overrides::Overrides;
+use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
+use crate::simulation::SimulatedEnd;
+use uarm_loop::outcome::Indices;
 
 /// What is compared, and how.
 #[derive(Clone, Copy, Debug)]
@@ -127,11 +127,15 @@ pub fn run(settings: &ComparisonSettings<'_>, done: impl Fn() + Sync) -> anyhow:
     })
 }
 
-fn experiment(settings: &ComparisonSettings<'_>, variant: &VariantRobot, repetition: u64) -> anyhow::Result<ExperimentRow> {
+fn experiment(
+    settings: &ComparisonSettings<'_>,
+    variant: &VariantRobot,
+    repetition: u64,
+) -> anyhow::Result<ExperimentRow> {
     let robot = &variant.robot;
     let offset = settings.variation.offset(robot, settings.seed, repetition);
-    let plant =
-        SimulatedPlant::new(robot, settings.plant, settings.disturbance)?.starting_at(simulated_robot::start(robot) + offset);
+    let plant = SimulatedPlant::new(robot, settings.plant, settings.disturbance)?
+        .starting_at(simulated_robot::start(robot) + offset);
     match run_experiment(variant, plant)? {
         SimulatedEnd::Completed(outcome) => Ok(ExperimentRow::new(offset.into(), &outcome)),
         SimulatedEnd::Failed(error) => {

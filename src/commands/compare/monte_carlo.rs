@@ -5,21 +5,21 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
-use serde::Serialize;
 use hinf_control::Disturbance;
+use serde::Serialize;
 use uarm_sim::{IntegrationStep, UarmPlantParameters};
 
 use super::caveat::caveat;
-use super::variant::{ControllerVariant, VariantRobot, Origin};
+use super::experiments::{experiment as run_experiment, in_parallel};
 use super::random::{Stream, Subject};
 use super::spread::Spread;
 use super::start::StartVariation;
 use super::statistics::Quantiles;
-use super::experiments::{experiment as run_experiment, in_parallel};
-use crate::simulation::SimulatedEnd;
-use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
-use uarm_loop::outcome::Indices;
+use super::variant::{ControllerVariant, Origin, VariantRobot};
 use crate::robot::overrides::Overrides;
+use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
+use crate::simulation::SimulatedEnd;
+use uarm_loop::outcome::Indices;
 
 /// How finely the plants are integrated. The error stays far below a count of the encoders: as a rule the loop sees the same
 /// counts as with the default step, and L2 and E are the same to the bit; `tests/compare.rs` looks.
@@ -200,7 +200,7 @@ mod tests {
             draw([Some(1.0), None, None]),
             draw([None, None, None]),
         ];
-        let row = |number| MonteCarloRow::new(number, &ControllerVariant::PAPER[number], &draws);
+        let row = |number| MonteCarloRow::new(number, &ControllerVariant::paper().nth(number).unwrap(), &draws);
         let counts = |number| (row(number).best_l2, row(number).worst_l2, row(number).failed);
         assert_eq!(counts(0), (2, 1, 1));
         assert_eq!(counts(1), (1, 2, 2));

@@ -30,8 +30,9 @@ impl StartVariation {
     /// which the true angle is off.
     pub fn offset(self, robot: &Robot, seed: u64, index: u64) -> Vector3<f64> {
         let mut stream = Stream::new(seed, Subject::Start, index);
-        let half_count =
-            Vector3::from(robot.description.joints.each_ref().map(|joint| 0.5 * joint.encoder.counts_per_revolution.resolution()));
+        let half_count = Vector3::from(
+            robot.description.joints.each_ref().map(|joint| 0.5 * joint.encoder.counts_per_revolution.resolution()),
+        );
         // Phases first: with and without start errors they are the same.
         let phase = half_count.map(|half| stream.uniform(-half, half));
         let error = Vector3::repeat(LARGEST_START_ERROR).map(|largest| stream.uniform(-largest, largest));

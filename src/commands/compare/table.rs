@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 
 use super::comparison::{Comparison, ControllerRow};
-use super::variant::Origin;
 use super::monte_carlo::{MonteCarlo, MonteCarloRow};
 use super::start::StartVariation;
 use super::statistics::{Quantiles, Summary};
+use super::variant::Origin;
 use uarm_loop::outcome::Indices;
 
 /// Width of the controllers' names.

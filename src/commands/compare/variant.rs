@@ -119,8 +119,7 @@ impl VariantRobot {
         file: Option<&Path>,
         overrides: &Overrides,
     ) -> Result<Vec<Self>, RobotError> {
-        let load =
-            |variant: &ControllerVariant| Ok(Self { variant: *variant, robot: variant.robot(file, overrides)? });
+        let load = |variant: &ControllerVariant| Ok(Self { variant: *variant, robot: variant.robot(file, overrides)? });
         variants.iter().map(load).collect()
     }
 }
@@ -163,7 +162,8 @@ impl FromStr for ControllerVariants {
 #[cfg(test)]
 mod tests {
     use super::*;
-    
+    use hinf_control::AdaptationGuard;
+
     #[test]
     fn each_variant_has_a_name_of_its_own_and_can_be_built() {
         for variant in ControllerVariant::all() {

@@ -129,13 +129,11 @@ mod tests {
     #[test]
     fn the_worst_finding_decides() {
         use Verdict::{Bad, Good, Warning};
-        for (verdicts, expected, outcome) in [
-            ([Good, Good], Good, Exit::Ok),
-            ([Good, Warning], Warning, Exit::Ok),
-            ([Bad, Warning], Bad, Exit::Failure),
-        ] {
+        for (verdicts, expected, outcome) in
+            [([Good, Good], Good, Exit::Ok), ([Good, Warning], Warning, Exit::Ok), ([Bad, Warning], Bad, Exit::Failure)]
+        {
             let examination = examination(verdicts, &RealtimeSettings::default());
-            assert_eq!((examination.verdict, examination.outcome()), (expected, outcome));
+            assert_eq!((examination.verdict, examination.exit()), (expected, outcome));
         }
     }
 

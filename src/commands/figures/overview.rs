@@ -6,8 +6,8 @@ use uarm_plot::style::GREY;
 
 use super::experiments::Experiment;
 use super::paper::time_axis;
-use crate::figures::style::of_law;
 use crate::dimensions::CycleRecord;
+use crate::figures::style::of_law;
 use uarm_loop::outcome::Indices;
 
 /// Width and height, points.

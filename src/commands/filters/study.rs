@@ -83,13 +83,6 @@ impl FilterStudy {
         let paper = compare(CountsPerRevolution::new(PAPER_COUNTS)?)?;
         Ok(Self { rows, verdict: verdict(&paper) })
     }
-
-    /// The row of one estimator, encoder and jitter.
-    pub fn row(&self, variant: EstimatorVariant, counts_per_revolution: u32, jitter: Jitter) -> Option<&Row> {
-        self.rows.iter().find(|row| {
-            (row.variant, row.counts_per_revolution, row.jitter) == (variant, counts_per_revolution, jitter)
-        })
-    }
 }
 
 /// All estimators on one encoder, tuned without jitter and measured without and with it.
@@ -158,7 +151,11 @@ mod tests {
     static STUDY: LazyLock<FilterStudy> = LazyLock::new(|| FilterStudy::of_the_paper().unwrap());
 
     fn row(variant: EstimatorVariant, counts: u32) -> Row {
-        *STUDY.row(variant, counts, Jitter::None).unwrap()
+        *STUDY
+            .rows
+            .iter()
+            .find(|row| (row.variant, row.counts_per_revolution, row.jitter) == (variant, counts, Jitter::None))
+            .unwrap()
     }
 
     #[test]
@@ -211,7 +208,7 @@ mod tests {
     #[test]
     fn a_varying_period_does_little_harm() {
         for row in STUDY.rows.iter().filter(|row| row.jitter == Jitter::TenPercent) {
-            let steady = STUDY.row(row.variant, row.counts_per_revolution, Jitter::None).unwrap();
+            let steady = self::row(row.variant, row.counts_per_revolution);
             assert!(row.rms_error_disturbed < 1.25 * steady.rms_error_disturbed, "{row:?} {steady:?}");
         }
     }

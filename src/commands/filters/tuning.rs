@@ -14,7 +14,9 @@ const PER_OCTAVE: i32 = 4;
 /// The Kalman filter knows the encoder: a quantisation step D has the standard deviation D/√12.
 pub fn configuration(variant: EstimatorVariant, setting: f64, counts: CountsPerRevolution) -> EstimatorConfiguration {
     match variant {
-        EstimatorVariant::PaperLowPass | EstimatorVariant::LowPass => EstimatorConfiguration::LowPass { cutoff: setting },
+        EstimatorVariant::PaperLowPass | EstimatorVariant::LowPass => {
+            EstimatorConfiguration::LowPass { cutoff: setting }
+        }
         EstimatorVariant::Tracking => EstimatorConfiguration::Tracking { bandwidth: setting },
         EstimatorVariant::Kalman => EstimatorConfiguration::Kalman(KalmanSettings {
             jerk_density: setting,

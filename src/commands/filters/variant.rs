@@ -65,7 +65,10 @@ pub enum StudyError {
 }
 
 /// The velocities that an estimator makes of a recording, both joints.
-pub fn estimate(configuration: &EstimatorConfiguration, recording: &Recording) -> Result<Vec<[f64; 2]>, EstimatorError> {
+pub fn estimate(
+    configuration: &EstimatorConfiguration,
+    recording: &Recording,
+) -> Result<Vec<[f64; 2]>, EstimatorError> {
     let mut joints = [configuration.build()?; 2];
     let velocities = recording.samples.iter().map(|sample| {
         let mut measured = sample.measured.iter();

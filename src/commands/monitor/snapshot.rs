@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use super::state::{Life, State};
 use crate::dimensions::CycleRecord;
-use uarm_loop::timing::{CycleInstants, TimingSummary};
-use uarm_log::description::ClockKind;
 use uarm_log::cycle::state_in_words;
+use uarm_log::description::ClockKind;
 use uarm_log::proto;
+use uarm_loop::timing::{CycleInstants, TimingSummary};
 
 /// What is known now.
 #[derive(Clone, Debug, Serialize)]
@@ -178,7 +178,8 @@ impl<'a> JointRow<'a> {
 impl Latencies {
     fn of(instants: &CycleInstants) -> Self {
         let [wake_up_us, feedback_latency_us, total_us] =
-            [instants.wake_up(), instants.feedback_latency(), instants.total()].map(|latency| latency.as_secs_f64() * 1e6);
+            [instants.wake_up(), instants.feedback_latency(), instants.total()]
+                .map(|latency| latency.as_secs_f64() * 1e6);
         Self { wake_up_us, feedback_latency_us, total_us }
     }
 }

@@ -7,9 +7,9 @@ use std::time::{Duration, SystemTime};
 use anyhow::{Context, ensure};
 
 use super::state::State;
-use uarm_log::follow::{Follower, Growth};
 use crate::dimensions::{ACTIVE, JOINTS};
 use crate::log_files::newest;
+use uarm_log::follow::{Follower, Growth};
 use uarm_loop::stop_request::StopRequest;
 
 /// How often a log that is not there yet is looked for.

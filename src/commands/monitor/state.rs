@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::dimensions::CycleRecord;
-use uarm_loop::timing::{TimingRecorder, TimingSummary};
 use crate::dimensions::{Item, JOINTS};
 use crate::robot::Robot;
 use uarm_log::decoder::LoggedNote;
@@ -12,6 +11,7 @@ use uarm_log::description::{Fields, RunDescription};
 use uarm_log::follow::Growth;
 use uarm_log::proto;
 use uarm_log::reader::is_gap;
+use uarm_loop::timing::{TimingRecorder, TimingSummary};
 
 /// How much of the past is plotted.
 pub const HISTORY: Duration = Duration::from_secs(10);
@@ -186,7 +186,12 @@ mod tests {
     fn a_long_run_needs_no_more_room_than_its_history() {
         let mut state = State::new(Path::new("run.mcap"));
         for tick in 0..100_000_u32 {
-            let cycle = CycleRecord { tick: tick.into(), elapsed_ticks: 1, time: f64::from(tick) * 0.003, ..record() };
+            let cycle = CycleRecord {
+                tick: tick.into(),
+                elapsed_ticks: 1,
+                time: f64::from(tick) * 0.003,
+                ..CycleRecord::default()
+            };
             state.take(Item::Cycle(Box::new(cycle)));
         }
         assert_eq!(state.recent().len(), 3334, "10 s of 3 ms");
@@ -199,7 +204,7 @@ mod tests {
     fn a_gap_is_told() {
         let mut state = State::new(Path::new("run.mcap"));
         for tick in [1, 2, 7] {
-            state.take(Item::Cycle(Box::new(CycleRecord { tick, elapsed_ticks: 1, ..record() })));
+            state.take(Item::Cycle(Box::new(CycleRecord { tick, elapsed_ticks: 1, ..CycleRecord::default() })));
         }
         assert_eq!(state.damage, ["cycles between tick 2 and tick 7 are not in the log"]);
     }

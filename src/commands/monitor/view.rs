@@ -8,12 +8,12 @@ use ratatui::widgets::{Block, Paragraph, Row, Table, Widget};
 
 use super::snapshot::{JointRow, Snapshot};
 use super::state::{Life, State};
-use crate::report::latency_table;
-use uarm_log::description::ClockKind;
 use crate::inspection::chart::PanelChart;
 use crate::inspection::{health, panels, plain_text};
-use uarm_loop::recording::Severity;
+use crate::report::latency_table;
+use uarm_log::description::ClockKind;
 use uarm_log::time_axis::seconds_between;
+use uarm_loop::recording::Severity;
 
 /// Lines of a view as plain text: room for all parts.
 const PLAIN_LINES: u16 = 52;

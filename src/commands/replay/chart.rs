@@ -2,9 +2,9 @@
 
 use uarm_plot::sheet::{Axis, Panel, Sheet, Symbol};
 
-use uarm_log::replay::what_if::WhatIf;
 use crate::dimensions::ACTIVE;
 use crate::figures::style::{RECORDED, REPLAYED};
+use uarm_log::replay::what_if::WhatIf;
 
 /// Width and height, points.
 const SIZE: [u32; 2] = [1000, 640];

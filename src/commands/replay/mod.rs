@@ -308,8 +308,13 @@ fn what_if(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file
         write_csv(&what_if, path).with_context(|| format!("--csv {}", path.display()))?;
     }
     if arguments.json {
-        let report =
-            Report { file, controller: &other_name, exact: None, what_if: Some(WhatIfReport::new(&what_if)), damage: &recorded.damage };
+        let report = Report {
+            file,
+            controller: &other_name,
+            exact: None,
+            what_if: Some(WhatIfReport::new(&what_if)),
+            damage: &recorded.damage,
+        };
         print_json(&report)?;
     } else {
         print_what_if(&what_if, recorded, &other_name, file, &mut io::stdout().lock())?;

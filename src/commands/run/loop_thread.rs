@@ -135,7 +135,8 @@ where
 fn hint<E: uarm_io::link::LinkError>(error: &RunError<E>) -> Option<&'static str> {
     match error {
         RunError::Loop(LoopFault::Signals(SignalFault::Limit(LimitViolation {
-            quantity: Quantity::StartError, ..
+            quantity: Quantity::StartError,
+            ..
         }))) => Some("--approach 5s would go there first"),
         RunError::Loop(LoopFault::Overrun(_)) => Some("--overrun skip would go on"),
         RunError::Approach(_) => Some("--approach says how long it may take"),

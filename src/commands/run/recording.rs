@@ -7,7 +7,7 @@ use anyhow::Context;
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::time::{Clock, Instant};
 
-use uarm_log::description::{ClockKind, JointDescription, LogHeader, MachineDescription, RunDescription};
+use uarm_log::description::{ClockKind, LogHeader, MachineDescription, RunDescription};
 use uarm_log::time_axis::TimeAxis;
 use uarm_log::writer::LogWriter;
 use uarm_loop::recording::{self, FrameRecorder, FullQueue, Leftovers, LoopRecorder, Recording, RunEnd};
@@ -172,17 +172,12 @@ impl LogContent<'_> {
         };
         let period = robot.description.period;
         let run = RunDescription::new(settings, &place.name(), axis, period, robot.for_log()?);
-        let lengths = robot.link_lengths();
-        let joints = std::array::from_fn(|index| {
-            let joint = &robot.description.joints[index];
-            JointDescription { name: joint.name.clone(), node: joint.node.raw(), link_length: lengths[index] }
-        });
         let name = path.display().to_string();
         let header = LogHeader {
             name: &name,
             run: &run,
             machine,
-            joints: &joints,
+            joints: &robot.joint_descriptions(),
             robot_source: &robot.source,
             start,
             preamble: announcement,

@@ -119,8 +119,7 @@ fn begin(log: &RunLog) -> u64 {
 }
 
 fn report(log: &RunLog, robot: &LoopRobot) -> RunReport {
-    let subject =
-        Subject { robot, plant: &log.run.place, controller: &log.run.controller, clock: log.run.clock() };
+    let subject = Subject { robot, plant: &log.run.place, controller: &log.run.controller, clock: log.run.clock() };
     let outcome = Outcome::of_cycles(&robot.task.motion(), robot.period, &log.cycles);
     let mut report = RunReport::new(subject, ending(log), &outcome, Some(log.path.clone()));
     report.page_faults = number(log, "page_faults");

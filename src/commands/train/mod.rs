@@ -15,8 +15,8 @@ use anyhow::Context;
 use hinf_control::{FuzzySets, Law};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::figures::sets;
 use crate::figures::output::{Format, write};
+use crate::figures::sets;
 use crate::options::choice;
 use crate::robot::Robot;
 use crate::robot::fuzzy_sets::TrainedSets;

@@ -1,8 +1,8 @@
 //! What is refused, and what the messages say.
 
 use dem_model::{
-    Body, DemBase, DemLink, ParameterError, PlanarDem, PlanarSpaceManipulator, SpacecraftBody, SpatialSpaceManipulator,
-    ThreeLinkDem,
+    Body, DemBase, DemLink, ParameterError, PlanarDem, PlanarSpaceManipulator, SpaceLink, SpacecraftBody,
+    SpatialSpaceManipulator, ThreeLinkDem,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -63,12 +63,34 @@ fn inertia_tensors_are_checked() {
     assert!(accepted(Matrix3::identity()).is_ok());
     let refused = ParameterError::InertiaNotPositiveDefinite { body: Body::Spacecraft };
     assert_eq!(accepted(Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0))), Err(refused));
+    // Relative to its entries, a rotated tensor is symmetric but for rounding.
+    let mut rotated = Matrix3::from_diagonal_element(1e3);
+    rotated.m12 = 1e-6;
+    assert!(accepted(rotated).is_ok());
     let mut skewed = Matrix3::identity();
     skewed.m12 = 0.1;
     assert_eq!(accepted(skewed), Err(refused));
     skewed.m12 = f64::NAN;
     let message = accepted(skewed).unwrap_err().to_string();
     assert_eq!(message, "spacecraft (link 1): inertia is NaN, expected a finite value");
+}
+
+/// Any finite vector is a distance in space, and nothing else.
+#[test]
+fn distances_in_space_are_checked() {
+    let space = |joint, centre_of_mass| {
+        let inertia = Matrix3::identity();
+        let spacecraft = SpacecraftBody { mass: 1.0, inertia, centre_of_mass_to_joint: joint };
+        let (joint_to_centre_of_mass, centre_of_mass_to_joint) = (centre_of_mass, Vector3::zeros());
+        let link = SpaceLink { mass: 1.0, inertia, joint_to_centre_of_mass, centre_of_mass_to_joint };
+        SpatialSpaceManipulator::<f64, 1>::new(spacecraft, [link])
+    };
+    let (legal, illegal) = (Vector3::new(-0.1, 0.0, 0.3), Vector3::new(0.1, 0.2, f64::INFINITY));
+    assert!(space(legal, legal).is_ok());
+    let message = space(illegal, legal).unwrap_err().to_string();
+    assert_eq!(message, "spacecraft (link 1): centre_of_mass_to_joint is inf, expected a finite value");
+    let message = space(legal, illegal).unwrap_err().to_string();
+    assert_eq!(message, "link 2: joint_to_centre_of_mass is inf, expected a finite value");
 }
 
 /// The least inertia that is taken keeps M positive definite in floating point, in every configuration.

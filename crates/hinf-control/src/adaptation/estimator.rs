@@ -1,6 +1,8 @@
 //! The running state of an adaptive law.
 
-use super::{Adaptation, AdaptationWeight, AntiWindup, Bound, ScalarWeight, bound::is_finite};
+use super::bound::is_finite;
+use super::choices::{Adaptation, AntiWindup, Bound};
+use super::weight::{AdaptationWeight, ScalarWeight};
 use crate::{AdaptationStatus, Command, FrozenState, LimitedJoints, Measurement, Reference, ThawError, is_usable};
 use dem_model::Scalar;
 use nalgebra::SVector;
@@ -53,7 +55,7 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> ParameterEstimator<T,
     /// One cycle of an adaptive law: steps Φ, has `law` compute its output with the stepped Φ, and takes
     /// Φ̇ = −Z⁻¹·gradient for the coming step.
     ///
-    /// Without usable inputs ([`is_usable`](crate::is_usable)), and wherever the stepped Φ, the output or Φ̇ is not
+    /// Without usable inputs ([`is_usable`]), and wherever the stepped Φ, the output or Φ̇ is not
     /// finite, the cycle is void: [`Command::fallback`] is returned, Φ is what it was before the cycle, and Φ̇ is zero, so
     /// that Φ stands still over the coming step too.
     pub fn cycle<const N: usize>(

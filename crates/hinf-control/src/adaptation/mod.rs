@@ -5,117 +5,11 @@
 //! off unless asked for.
 
 mod bound;
+mod choices;
 mod estimator;
 mod weight;
 
 pub use bound::{Ball, BoundError, ParameterBox, ParameterSet};
+pub use choices::{Adaptation, AntiWindup};
 pub use estimator::{AdaptiveOutput, ParameterEstimator};
 pub use weight::{AdaptationWeight, DiagonalWeight, FullWeight, ScalarWeight, SeparableWeight, WeightError};
-
-use dem_model::Scalar;
-use nalgebra::SVector;
-
-/// Whether Φ stands still while the torque is limited.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AntiWindup {
-    /// Φ goes on, as in the paper.
-    #[default]
-    Off,
-    /// Φ is not stepped over a cycle in which a joint's torque was limited: what the error says then is that the torque is
-    /// short, not that Φ is wrong.
-    FreezeWhileLimited,
-}
-
-/// What is done about the set that Φ should stay in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Bound<T: Scalar, const P: usize> {
-    None,
-    Alarm(ParameterSet<T, P>),
-    Project(ParameterSet<T, P>),
-}
-
-/// The choices of an adaptive law with P parameters: Φ(0), Z, bounds, anti-windup.
-///
-/// ```
-/// use hinf_control::adaptation::{Adaptation, AntiWindup, Ball, ScalarWeight};
-/// use nalgebra::SVector;
-/// let ball = Ball::new(SVector::zeros(), 2.0)?;
-/// let adaptation = Adaptation::new(SVector::<f64, 14>::zeros(), ScalarWeight::new(10.0)?)?
-///     .projected_onto_ball(ball)?
-///     .with_anti_windup(AntiWindup::FreezeWhileLimited);
-/// assert_eq!(adaptation.initial().norm(), 0.0);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct Adaptation<T: Scalar, const P: usize, Z = ScalarWeight<T>> {
-    initial: SVector<T, P>,
-    weight: Z,
-    bound: Bound<T, P>,
-    anti_windup: AntiWindup,
-}
-
-impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> Adaptation<T, P, Z> {
-    /// The paper's: integration from Φ(0) = `initial` with the weight Z, nothing else.
-    ///
-    /// # Errors
-    /// [`BoundError::NotFinite`] if `initial` is not finite.
-    pub fn new(initial: SVector<T, P>, weight: Z) -> Result<Self, BoundError> {
-        if bound::is_finite(&initial) {
-            Ok(Self { initial, weight, bound: Bound::None, anti_windup: AntiWindup::Off })
-        } else {
-            Err(BoundError::NotFinite)
-        }
-    }
-
-    /// Raises [`at_bound`](crate::AdaptationStatus::at_bound) when Φ is on or beyond the border of `set`, and lets it go on.
-    ///
-    /// # Errors
-    /// [`BoundError::InitialOutside`] if Φ(0) is not in `set`.
-    pub fn with_alarm_at(self, set: ParameterSet<T, P>) -> Result<Self, BoundError> {
-        self.check_initial(&set)?;
-        Ok(Self { bound: Bound::Alarm(set), ..self })
-    }
-
-    /// Keeps Φ in `ball`. [`Ball`] is a ball in the metric of Z, so that inequality 12 survives where T11 = tI.
-    ///
-    /// # Errors
-    /// [`BoundError::InitialOutside`] if Φ(0) is not in `ball`.
-    pub fn projected_onto_ball(self, ball: Ball<T, P>) -> Result<Self, BoundError> {
-        let set = ParameterSet::Ball(ball);
-        self.check_initial(&set)?;
-        Ok(Self { bound: Bound::Project(set), ..self })
-    }
-
-    /// Keeps Φ in `bounds`. Only for a Z without off-diagonal elements, so that inequality 12 survives, for any diagonal T11.
-    ///
-    /// # Errors
-    /// [`BoundError::InitialOutside`] if Φ(0) is not in `bounds`.
-    pub fn projected_onto_box(self, bounds: ParameterBox<T, P>) -> Result<Self, BoundError>
-    where
-        Z: SeparableWeight<T, P>,
-    {
-        let set = ParameterSet::Box(bounds);
-        self.check_initial(&set)?;
-        Ok(Self { bound: Bound::Project(set), ..self })
-    }
-
-    /// The same with or without anti-windup.
-    #[must_use]
-    pub fn with_anti_windup(self, anti_windup: AntiWindup) -> Self {
-        Self { anti_windup, ..self }
-    }
-
-    /// Φ(0).
-    pub fn initial(&self) -> &SVector<T, P> {
-        &self.initial
-    }
-
-    /// Z.
-    pub fn weight(&self) -> &Z {
-        &self.weight
-    }
-
-    fn check_initial(&self, set: &ParameterSet<T, P>) -> Result<(), BoundError> {
-        if set.contains(&self.initial, &self.weight) { Ok(()) } else { Err(BoundError::InitialOutside) }
-    }
-}

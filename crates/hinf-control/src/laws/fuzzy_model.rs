@@ -5,7 +5,7 @@
 //! - Φ̇ = −Z⁻¹Ξᵀ T11ᵀBᵀT0x̃ (eq. 45),
 //! - τ_m = F + ΞΦ − T11⁻¹R⁻¹BᵀT0x̃ (eq. 46).
 //!
-//! With [`NominalForm::Reduced`](crate::NominalForm::Reduced) F̄ stands in the place of F (ours). No base data in either
+//! With [`NominalForm::Reduced`] F̄ stands in the place of F (ours). No base data in either
 //! form.
 
 use super::state::state_is_its_estimators;

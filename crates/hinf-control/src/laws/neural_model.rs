@@ -6,7 +6,7 @@
 //! - Φ̇ = −Z⁻¹Ξᵀ T11ᵀBᵀT0x̃ (eq. 36),
 //! - τ_m = F + ΞΦ − T11⁻¹R⁻¹BᵀT0x̃ (eq. 37).
 //!
-//! With [`NominalForm::Reduced`](crate::NominalForm::Reduced) F̄ stands in the place of F (ours), and the networks are left
+//! With [`NominalForm::Reduced`] F̄ stands in the place of F (ours), and the networks are left
 //! with what is truly unknown. No base data in either form.
 
 use super::state::state_is_its_estimators;

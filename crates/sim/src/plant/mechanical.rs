@@ -1,7 +1,7 @@
 //! A mechanism, its state and its brakes, moved by the fixed-step integrator.
 
 use super::integrator::{IntegrationStep, MotionState, runge_kutta_step};
-use super::{Brake, Plant};
+use super::interface::{Brake, Plant};
 use core::time::Duration;
 use hinf_control::Disturbance;
 use nalgebra::{SMatrix, SVector, Vector3};

@@ -32,13 +32,7 @@ pub enum Continuity {
 
 impl<const J: usize> BusCycle<J> {
     fn new(sync_at: Instant) -> Self {
-        Self {
-            sync_at,
-            counts: [None; J],
-            statuswords: [0; J],
-            sent: [None; J],
-            continuity: Continuity::Whole,
-        }
+        Self { sync_at, counts: [None; J], statuswords: [0; J], sent: [None; J], continuity: Continuity::Whole }
     }
 
     /// The counts of all drives, if all answered.

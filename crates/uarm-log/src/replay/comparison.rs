@@ -30,11 +30,15 @@ impl fmt::Display for Difference {
 }
 
 /// Compares two records of one cycle; gives the number of signals compared, and those that differ.
-pub fn compare<const J: usize, const N: usize>(recorded: &CycleRecord<J, N>, replayed: &CycleRecord<J, N>) -> (u64, Vec<Difference>) {
+pub fn compare<const J: usize, const N: usize>(
+    recorded: &CycleRecord<J, N>,
+    replayed: &CycleRecord<J, N>,
+) -> (u64, Vec<Difference>) {
     let (one, other) = (signals(recorded), signals(replayed));
     let mut differences = Vec::new();
     if one.len() != other.len() {
-        let count = |record: &CycleRecord<J, N>| Value::Integer(i64::try_from(record.parameter_count).unwrap_or(i64::MAX));
+        let count =
+            |record: &CycleRecord<J, N>| Value::Integer(i64::try_from(record.parameter_count).unwrap_or(i64::MAX));
         differences.push(difference(recorded, "phi: count", count(recorded), count(replayed)));
     }
     let differing = one.iter().zip(&other).filter(|(one, other)| one.value != other.value);
@@ -42,7 +46,12 @@ pub fn compare<const J: usize, const N: usize>(recorded: &CycleRecord<J, N>, rep
     (u64::try_from(one.len()).unwrap_or(u64::MAX), differences)
 }
 
-fn difference<const J: usize, const N: usize>(record: &CycleRecord<J, N>, signal: &str, recorded: Value, replayed: Value) -> Difference {
+fn difference<const J: usize, const N: usize>(
+    record: &CycleRecord<J, N>,
+    signal: &str,
+    recorded: Value,
+    replayed: Value,
+) -> Difference {
     Difference { tick: record.tick, time: record.time, signal: signal.to_owned(), recorded, replayed }
 }
 

@@ -116,8 +116,9 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
             }
             Start::Beginning => self.source.keyframes.iter().find(|(after, _)| after.is_none()),
             Start::KeyframeBefore(time) => {
-                let before =
-                    |(after, keyframe): &&(Option<u64>, Keyframe<J, N>)| after.is_none() || keyframe.task_clock.time < time;
+                let before = |(after, keyframe): &&(Option<u64>, Keyframe<J, N>)| {
+                    after.is_none() || keyframe.task_clock.time < time
+                };
                 let found = self.source.keyframes.iter().rfind(before);
                 Some(found.ok_or(ReplayError::NoKeyframe(time))?)
             }

@@ -1,7 +1,6 @@
 //! Another law, or another robot file, on the same measurements: what it would have asked for, cycle by cycle. The robot
 //! did not hear it, so this is an open loop: it tells how laws differ on one motion, not where another would have led.
 
-
 use uarm_loop::dimensions;
 use uarm_loop::guard::JointLimits;
 use uarm_loop::hinf_control::Controller;
