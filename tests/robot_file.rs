@@ -55,7 +55,6 @@ fn the_weights_are_table_3() {
         assert_eq!(weights.control.diagonal().as_slice(), [0.9, 2.5], "{}", law.name());
         assert_eq!(controllers.adaptation(law).map(|adaptation| adaptation.z), z, "{}", law.name());
     }
-    assert_eq!(controllers, hinf_control::ControllerSettings::default(), "the built-in file says what the crate does");
 }
 
 #[test]
