@@ -3,10 +3,10 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use dem_model::PlanarSpaceManipulator;
 use dem_model::ThreeLinkDem;
+use hinf_control::Disturbance;
 use nalgebra::Vector3;
 use std::hint::black_box;
 use std::time::Duration;
-use hinf_control::Disturbance;
 use uarm_sim::{Brake, DemPlant, FreeFloatingPlant, Plant, UarmPlant, UarmPlantParameters};
 
 const PERIOD: Duration = Duration::from_millis(3);

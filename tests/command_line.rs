@@ -1,17 +1,11 @@
 //! The binary as its users run it.
 
 mod patient_robot;
+mod support;
 
-use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
-fn uarm(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_uarm"))
-        .args(arguments)
-        .current_dir(env!("CARGO_TARGET_TMPDIR")) // where the logs go
-        .output()
-        .unwrap()
-}
+use support::{scratch, uarm};
 
 fn standard_output(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
@@ -23,11 +17,6 @@ fn standard_error(output: &Output) -> String {
 
 fn code(output: &Output) -> i32 {
     output.status.code().unwrap_or_else(|| panic!("{}", standard_error(output)))
-}
-
-/// A file of this test run, gone with the build folder.
-fn scratch(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
 #[test]
@@ -67,15 +56,17 @@ fn every_plant_and_law_runs() {
 }
 
 #[test]
-fn traces_are_the_same_bytes_each_time_and_hold_every_cycle() {
-    let trace = |name: &str| {
+fn csv_files_are_the_same_bytes_each_time_and_hold_every_cycle() {
+    let table = |name: &str| {
         let path = scratch(name);
-        let output = uarm(&["run", "--virtual-time", "--controller", "fuzzy", "--trace", path.to_str().unwrap()]);
+        let _ = std::fs::remove_file(&path);
+        let log = path.to_str().unwrap();
+        let output = uarm(&["run", "--virtual-time", "--controller", "fuzzy", "--log", log]);
         assert_eq!(code(&output), 0, "{}", standard_error(&output));
-        std::fs::read_to_string(path).unwrap()
+        standard_output(&uarm(&["show", log, "--csv", "-"]))
     };
-    let first = trace("first.csv");
-    assert_eq!(first, trace("second.csv"));
+    let first = table("first.mcap");
+    assert_eq!(first, table("second.mcap"));
     assert_eq!(first.lines().count(), 1 + 1_167);
     let columns = first.lines().next().unwrap().split(',').count();
     assert!(first.lines().all(|line| line.split(',').count() == columns));
@@ -168,7 +159,7 @@ fn what_cannot_be_is_exit_code_1_and_says_why() {
         (&["run", "--virtual-time", "--period", "1s"][..], "control.period_us"),
         (&["run", "--virtual-time", "--controller", "neural", "--base-acceleration", "reduced"], "--base-acceleration"),
         (&["run", "--virtual-time", "--robot", "no/such.toml"], "no/such.toml"),
-        (&["run", "--virtual-time", "--trace", "no/such/folder/trace.csv"], "no/such/folder/trace.csv"),
+        (&["run", "--virtual-time", "--log", "no/such/folder/run.mcap"], "no/such/folder/run.mcap"),
         (&["run", "--can", "nosuchcan0"], "nosuchcan0"),
         (&["plant", "--can", "nosuchcan0"], "nosuchcan0"),
     ] {

@@ -97,7 +97,7 @@ fn a_running_controller_is_seen_to_move_and_to_end() {
     let first = until(&folder, "motion", |now| now["cycle"]["time_s"].as_f64().is_some_and(|time| time > 0.5));
     assert_eq!(first["life"], "running");
     assert_eq!(first["run"]["controller"], "adaptive");
-    assert_eq!(first["run"]["place"], "embedded imperfect UARM");
+    assert_eq!(first["run"]["place"], "simulated imperfect UARM");
     let ticks = |now: &Value| now["cycle"]["tick"].as_u64().unwrap();
     let cycles = |now: &Value| now["timing"]["cycles"].as_u64().unwrap();
     let frames = |now: &Value| now["health"]["frames_in"].as_u64().unwrap();
@@ -174,7 +174,7 @@ fn the_view_shows_what_was_recorded() {
     let screen = terminal.backend().to_string();
     let last = source.state.last().unwrap();
     for part in [
-        "UARM on embedded imperfect UARM, virtual time, controller fuzzy".to_owned(),
+        "UARM on simulated imperfect UARM, virtual time, controller fuzzy".to_owned(),
         "completed".to_owned(),
         format!("tick {}", last.tick),
         format!("{:.3}", last.position[0].to_degrees()),

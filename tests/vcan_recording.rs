@@ -216,7 +216,7 @@ fn the_seconds_before_a_fault_reach_the_log_even_if_the_disk_stood_still_then() 
     let cycles: Vec<_> = log.cycles.iter().filter(|cycle| in_window(cycle.instants.scheduled)).collect();
     assert!(cycles.windows(2).all(|pair| pair[0].tick + 1 == pair[1].tick), "a cycle of the window is missing");
     assert_eq!(cycles.last().map(|cycle| cycle.tick), fault.last_tick);
-    let period = log.run.robot.period.duration();
+    let period = log.run.period.duration();
     let expected = (FLIGHT_WINDOW.as_nanos() / period.as_nanos()) as usize;
     assert!(cycles.len().abs_diff(expected) <= 2, "{} cycles, expected about {expected}", cycles.len());
     let frames: Vec<_> = log.frames.iter().filter(|frame| in_window(frame.at)).collect();

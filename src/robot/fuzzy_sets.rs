@@ -36,7 +36,8 @@ pub struct TrainedSets {
 struct SetsFile {
     schema: u32,
     firing: Firing,
-    rate_error_deg_per_s: Vec<SetFile>,
+    #[serde(alias = "rate_error_deg_per_s")]
+    velocity_error_deg_per_s: Vec<SetFile>,
     position_error_deg: Vec<SetFile>,
 }
 
@@ -81,7 +82,7 @@ impl TrainedSets {
         Ok(Self {
             firing: file.firing,
             sets: FuzzySets {
-                velocity: bells("rate_error_deg_per_s", &file.rate_error_deg_per_s, &check)?,
+                velocity: bells("velocity_error_deg_per_s", &file.velocity_error_deg_per_s, &check)?,
                 position: bells("position_error_deg", &file.position_error_deg, &check)?,
             },
         })
@@ -100,7 +101,7 @@ impl TrainedSets {
         };
         text.push_str(&format!("\nschema = {SCHEMA}\nfiring = \"{firing}\"  # of the rules, in training as in use\n"));
         for (name, bells) in
-            [("rate_error_deg_per_s", &self.sets.velocity), ("position_error_deg", &self.sets.position)]
+            [("velocity_error_deg_per_s", &self.sets.velocity), ("position_error_deg", &self.sets.position)]
         {
             text.push_str(&format!("{name} = [\n"));
             for bell in bells {
@@ -207,15 +208,19 @@ mod tests {
         let good = untrained().to_text("");
         for (from, to, message) in [
             ("schema = 1", "schema = 2", "sets.toml: schema = 2: expected 1"),
-            ("steepness = 2.0", "steepness = -2.0", "rate_error_deg_per_s[0].steepness = -2: expected a number from"),
-            ("half_width = 10.0", "half_width = 0.0", "rate_error_deg_per_s[0].half_width = 0: expected"),
-            ("half_width = 10.0", "half_width = nan", "rate_error_deg_per_s[0].half_width = NaN: expected"),
-            ("centre = -20.0", "centre = 30.0", "rate_error_deg_per_s[1].centre = 0: expected at least 30"),
+            (
+                "steepness = 2.0",
+                "steepness = -2.0",
+                "velocity_error_deg_per_s[0].steepness = -2: expected a number from",
+            ),
+            ("half_width = 10.0", "half_width = 0.0", "velocity_error_deg_per_s[0].half_width = 0: expected"),
+            ("half_width = 10.0", "half_width = nan", "velocity_error_deg_per_s[0].half_width = NaN: expected"),
+            ("centre = -20.0", "centre = 30.0", "velocity_error_deg_per_s[1].centre = 0: expected at least 30"),
             ("firing", "fire", "unknown field `fire`"),
             (
                 "]\n",
                 "{ centre = 9.0, half_width = 1.0, steepness = 1.0 }]\n",
-                "rate_error_deg_per_s = 4 sets: expected 3",
+                "velocity_error_deg_per_s = 4 sets: expected 3",
             ),
         ] {
             let text = good.replacen(from, to, 1);

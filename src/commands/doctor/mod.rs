@@ -1,5 +1,6 @@
 //! `uarm doctor`: is this machine ready for a hard real-time loop on a CAN bus?
 
+mod examination;
 mod text;
 
 use std::io::Write;
@@ -7,13 +8,11 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::Context;
-use serde::Serialize;
-use uarm_io::finding::{Finding, Verdict};
-use uarm_io::probe::{CanWish, Machine, WakeupReport, measure_wakeups};
+use uarm_io::probe::{CanWish, Machine, measure_wakeups};
 use uarm_io::realtime::{Priority, Processor, RealtimePolicy, RealtimeSettings};
 use uarm_io::socketcan_link::InterfaceName;
 
-use crate::exit::Exit;
+use examination::Examination;
 
 /// Arguments of `uarm doctor`.
 #[derive(Debug, clap::Args)]
@@ -50,30 +49,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// All that was found out.
-#[derive(Debug, Serialize)]
-struct Examination {
-    verdict: Verdict,
-    realtime: Vec<Finding>,
-    can: Vec<Finding>,
-    wakeups: WakeupReport,
-}
-
-impl Examination {
-    fn new(realtime: Vec<Finding>, can: Vec<Finding>, wakeups: WakeupReport) -> Self {
-        let findings = realtime.iter().chain(&can).map(|finding| finding.verdict);
-        let verdict = findings.chain([wakeups.verdict]).max().unwrap_or(Verdict::Good);
-        Self { verdict, realtime, can, wakeups }
-    }
-
-    fn exit(&self) -> Exit {
-        match self.verdict {
-            Verdict::Good | Verdict::Warning => Exit::Ok,
-            Verdict::Bad => Exit::Failure,
-        }
-    }
-}
-
 /// Examines the machine and prints what was found.
 ///
 /// # Errors
@@ -101,6 +76,9 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::exit::Exit;
+    use uarm_io::finding::{Finding, Verdict};
+    use uarm_io::probe::WakeupReport;
 
     #[derive(clap::Parser)]
     struct Doctor {

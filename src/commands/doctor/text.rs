@@ -5,7 +5,7 @@ use std::fmt::Write;
 use uarm_io::finding::{Finding, Verdict};
 use uarm_io::probe::{LatencyBucket, WakeupReport};
 
-use super::Examination;
+use super::examination::Examination;
 
 /// Width of the histogram's longest bar, characters.
 const BAR: u64 = 50;
