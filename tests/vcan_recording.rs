@@ -21,8 +21,6 @@ use vcan_support::{DRIVEN_NODE, NODES, Workshop};
 
 /// Cycles of the paper's task at 3 ms: 3 s of motion and half a second of holding, and the cycle at 0 s.
 const CYCLES: u64 = 1167;
-/// `period_us` in robots/uarm.toml.
-const PERIOD: Duration = Duration::from_millis(3);
 /// How long that takes.
 const TASK: Duration = Duration::from_millis(3_500);
 /// Start and stop of the drives take less than this.
@@ -218,7 +216,8 @@ fn the_seconds_before_a_fault_reach_the_log_even_if_the_disk_stood_still_then() 
     let cycles: Vec<_> = log.cycles.iter().filter(|cycle| in_window(cycle.instants.scheduled)).collect();
     assert!(cycles.windows(2).all(|pair| pair[0].tick + 1 == pair[1].tick), "a cycle of the window is missing");
     assert_eq!(cycles.last().map(|cycle| cycle.tick), fault.last_tick);
-    let expected = (FLIGHT_WINDOW.as_nanos() / PERIOD.as_nanos()) as usize;
+    let period = log.run.period.duration();
+    let expected = (FLIGHT_WINDOW.as_nanos() / period.as_nanos()) as usize;
     assert!(cycles.len().abs_diff(expected) <= 2, "{} cycles, expected about {expected}", cycles.len());
     let frames: Vec<_> = log.frames.iter().filter(|frame| in_window(frame.at)).collect();
     assert!(frames.windows(2).all(|pair| pair[0].sequence + 1 == pair[1].sequence), "a frame of the window is missing");
