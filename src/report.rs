@@ -78,7 +78,7 @@ pub struct Subject<'a> {
 /// How a run ended, in words.
 #[derive(Clone, Debug)]
 pub struct Ending {
-    /// All of it.
+    /// The end in words.
     pub text: String,
     /// The first cause of an end that was not asked for.
     pub fault: Option<String>,

@@ -15,7 +15,7 @@ use crate::simulated_robot::{SimulatedPlant, emulate};
 /// How a simulated run ended.
 #[derive(Debug)]
 pub enum SimulatedEnd {
-    /// As planned.
+    /// The motion was completed.
     Completed(Box<Outcome>),
     /// A limit of the robot ended it.
     Failed(anyhow::Error),

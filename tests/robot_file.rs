@@ -44,9 +44,9 @@ fn the_weights_are_table_3() {
         ([0.64, 0.64], [9.0, 7.0], None),
         ([0.64, 0.64], [9.0, 7.0], Some(10.0)),
         ([0.64, 0.64], [9.0, 7.0], Some(10.0)),
-        ([0.64, 0.64], [9.0, 7.0], Some(100.0)),
-        ([0.64, 0.64], [9.0, 7.0], Some(0.8)),
-        ([0.64, 0.64], [9.0, 7.0], Some(20.0)),
+        ([4.0, 4.0], [9.0, 7.0], Some(100.0)),
+        ([1.0, 1.0], [9.0, 7.0], Some(0.8)),
+        ([4.0, 4.0], [25.0, 7.0], Some(20.0)),
     ];
     for (law, (q1, q2, z)) in hinf_control::Law::PAPER.into_iter().zip(table_3) {
         let weights = controllers.weights::<f64>(law);
@@ -63,6 +63,12 @@ fn unknown_and_missing_fields_are_named() {
     refuses("length_m = 0.203 }", "length_mm = 203.0 }", &["length_mm", "length_m"]);
     refuses("[controllers.adaptive]\nq1 = [0.64, 0.64]\n", "[controllers.adaptive]\n", &["q1", "missing"]);
     refuses("hold_s = 0.5", "", &["hold_s", "missing"]);
+    refuses("{ torque_nm = 0.2,", "{ torque_nm = 0.2, torque_Nm = 0.2,", &["joints.1.limits.torque_Nm", "torque_nm"]);
+    refuses(
+        "[controllers.fuzzy]\n",
+        "[controllers.fuzy]\nz = 1.0\n[controllers.fuzzy]\n",
+        &["controllers.fuzy", "fuzzy"],
+    );
 }
 
 #[test]

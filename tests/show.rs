@@ -214,7 +214,7 @@ fn a_log_cut_anywhere_is_told_as_far_as_it_goes() {
         std::fs::write(folder.join("cut.mcap"), &whole[..length]).unwrap();
         let output = uarm(&folder, &["show", "cut.mcap", "--json"]);
         match code(&output) {
-            1 => assert!(text(&output.stderr).contains("cut.mcap: no run log: "), "{}", text(&output.stderr)),
+            1 => assert!(text(&output.stderr).contains("cut.mcap: not a run log: "), "{}", text(&output.stderr)),
             3 => {
                 let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
                 assert!(!summary["report"]["losses"].as_array().unwrap().is_empty());

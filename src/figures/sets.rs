@@ -17,9 +17,9 @@ const AFTER: [Stroke; 3] =
 
 /// The sets after training over those before, in the paper's ranges.
 pub fn fuzzy_sets(name: &str, before: &FuzzySets<f64>, after: &FuzzySets<f64>, note: &str) -> Sheet {
-    let rate = Axis::new("Velocity error (\u{b0}/s)", -20.0..20.0, 10.0, 0);
+    let velocity = Axis::new("Velocity error (\u{b0}/s)", -20.0..20.0, 10.0, 0);
     let position = Axis::new("Position error (\u{b0})", -2.0..0.5, 0.5, 1);
-    let panels = [(rate, before.velocity, after.velocity), (position, before.position, after.position)];
+    let panels = [(velocity, before.velocity, after.velocity), (position, before.position, after.position)];
     let entries =
         [("before training", BEFORE), ("after: low", AFTER[0]), ("after: middle", AFTER[1]), ("after: high", AFTER[2])];
     Sheet {

@@ -2,7 +2,7 @@
 
 use uarm_log::proto::{CanHealth, InterfaceHealth, NodeHealth};
 
-/// All lines.
+/// Health of bus and drives as lines of text.
 pub fn lines(health: &CanHealth) -> Vec<String> {
     let CanHealth { frames_in, frames_out, syncs, unexpected_frames, nodes, interface, records_dropped } = health;
     let mut lines = vec![format!(

@@ -11,7 +11,7 @@ pub enum RobotError {
     Read {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// Why it cannot be read.
         source: std::io::Error,
     },
     /// It is no TOML, or a field is unknown, missing or of another type.
@@ -19,7 +19,7 @@ pub enum RobotError {
     Syntax {
         /// The file.
         file: PathBuf,
-        /// Where and why.
+        /// The place in the file, and what is wrong there.
         source: Box<toml::de::Error>,
     },
     /// A field has a value that it cannot have.

@@ -89,7 +89,7 @@ impl Robot {
         let check = Checker::new(name);
         let (mut file, unknown) = read(name, text)?;
         if let Some(field) = unknown.first() {
-            return Err(check.refuse(field, "unknown field", "a field that robots/uarm.toml explains"));
+            return Err(check.refuse(field, "unknown field", known_beside(&file, field)));
         }
         overrides.apply(&mut file, &check)?;
         Self::check(name, text, file)
@@ -187,6 +187,23 @@ fn read(name: &Path, text: &str) -> Result<(RobotFile, Vec<String>), RobotError>
     let deserializer = toml::Deserializer::parse(text).map_err(syntax)?;
     let file = serde_ignored::deserialize(deserializer, |path| unknown.push(path.to_string())).map_err(syntax)?;
     Ok((file, unknown))
+}
+
+/// The fields that are known in the table of `field`, a path such as `joints.1.limits.torque`.
+fn known_beside(file: &RobotFile, field: &str) -> String {
+    let whole = toml::Value::try_from(file).ok();
+    let mut names: Vec<_> = field.split('.').collect();
+    names.pop();
+    let table = names.iter().try_fold(whole, |value, name| {
+        let value = value?;
+        Some(name.parse::<usize>().map_or_else(|_| value.get(name).cloned(), |index| value.get(index).cloned()))
+    });
+    match table.flatten() {
+        Some(toml::Value::Table(table)) => {
+            format!("one of {}", table.keys().map(String::as_str).collect::<Vec<_>>().join(", "))
+        }
+        _ => "a field that robots/uarm.toml explains".to_owned(),
+    }
 }
 
 fn model(model: &file::Model, check: &Checker<'_>) -> Result<ThreeLinkDem<f64>, RobotError> {

@@ -39,7 +39,7 @@ pub enum Requirement {
     Positive,
     /// Finite and not less than zero.
     NotNegative,
-    /// Finite.
+    /// A finite number.
     Finite,
 }
 

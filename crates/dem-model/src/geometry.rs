@@ -27,7 +27,7 @@ pub trait CheckedDistance {
 
 /// Checks inertias. Private to the crate, so that [`Distance::Inertia`] is sealed.
 pub trait CheckedInertia {
-    /// Refuses an `inertia` of `body` that is none.
+    /// Refuses an `inertia` that `body` cannot have.
     fn require_inertia(&self, body: Body) -> Result<(), ParameterError>;
 }
 

@@ -12,11 +12,11 @@ use uarm_loop::timing::CycleInstants;
 /// The three messages of a cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CycleMessages {
-    /// Signals.
+    /// The signals, for `/control`.
     pub control: ControlSample,
-    /// Instants.
+    /// The instants, for `/timing`.
     pub timing: LoopTiming,
-    /// Drives.
+    /// What the drives said and were told, for `/drives`.
     pub drives: DriveStates,
 }
 

@@ -25,7 +25,7 @@ use uarm_loop::recording::{FrameRecord, Severity};
 pub enum Item<const J: usize, const N: usize> {
     /// What was run; before anything else but [`Item::Machine`].
     Run(Box<RunDescription>),
-    /// On what machine.
+    /// The machine that it ran on.
     Machine(Fields),
     /// How the run ended.
     End(Fields),
@@ -35,7 +35,7 @@ pub enum Item<const J: usize, const N: usize> {
     Frame(FrameRecord),
     /// The inner state, and the tick that it follows.
     Keyframe(Box<Keyframe<J, N>>, Option<u64>),
-    /// Bus and drives.
+    /// The health of bus and drives.
     Health(Box<proto::CanHealth>),
     /// A line of text.
     Note(LoggedNote),
@@ -84,9 +84,9 @@ pub enum DecodeError {
     /// A message's format.
     #[error("{topic}: {source}")]
     Message {
-        /// Its topic.
+        /// The topic of the message.
         topic: &'static str,
-        /// Why.
+        /// Why it cannot be decoded.
         source: prost::DecodeError,
     },
     /// A message of a robot with another number of joints.
@@ -95,12 +95,12 @@ pub enum DecodeError {
     /// A frame that cannot be on a CAN bus.
     #[error("/can/frames: identifier {id:X}h with {length} bytes, expected at most 7FFh and 8 bytes")]
     Frame {
-        /// Its identifier.
+        /// The identifier of the frame.
         id: u32,
-        /// Its length.
+        /// The length of the frame, bytes.
         length: usize,
     },
-    /// The metadata.
+    /// The metadata cannot be used.
     #[error(transparent)]
     Metadata(#[from] DescriptionError),
 }

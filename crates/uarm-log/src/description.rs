@@ -103,9 +103,9 @@ pub struct MachineDescription {
 pub struct LogHeader<'a, const J: usize> {
     /// What messages call the log.
     pub name: &'a str,
-    /// What is run.
+    /// The run.
     pub run: &'a RunDescription,
-    /// On what machine.
+    /// The machine that it runs on.
     pub machine: &'a MachineDescription,
     /// The joints, the passive base first.
     pub joints: &'a [JointDescription; J],

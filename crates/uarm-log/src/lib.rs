@@ -58,3 +58,8 @@ pub mod writer;
 pub mod proto {
     include!(concat!(env!("OUT_DIR"), "/uarm.rs"));
 }
+
+/// The README's example, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -21,7 +21,7 @@ pub struct RunLog<const J: usize, const N: usize> {
     pub path: PathBuf,
     /// What was run.
     pub run: RunDescription,
-    /// On what machine.
+    /// The machine that it ran on.
     pub machine: Fields,
     /// Cycles, in the order of their ticks.
     pub cycles: Vec<CycleRecord<J, N>>,
@@ -31,7 +31,7 @@ pub struct RunLog<const J: usize, const N: usize> {
     pub keyframes: Vec<(Option<u64>, Keyframe<J, N>)>,
     /// Bus and drives, the last record of them last.
     pub health: Vec<proto::CanHealth>,
-    /// Lines of text.
+    /// Lines of text, in the order of the file.
     pub notes: Vec<LoggedNote>,
     /// Why the run failed.
     pub fault: Option<proto::Fault>,

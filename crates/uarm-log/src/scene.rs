@@ -1,5 +1,5 @@
 //! The robot to look at: frames of its links, and shapes that ride on them. The reference rides on the same base as a
-//! ghost: where the links would be if the driven joints followed it.
+//! ghost: where the links would be if the active joints followed it.
 //!
 //! Frames: `world` → `base` (turns by q1) → `link_2` (by q2, at the end of the base) → `link_3` (by q3); `reference_link_2`
 //! and `reference_link_3` beside them. All lie in the plane z = 0 and reach along their own x.

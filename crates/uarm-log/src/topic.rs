@@ -6,7 +6,7 @@ use foxglove::messages::{FrameTransforms, JointStates, Log, SceneUpdate};
 /// All topics are protobuf, and so are their schemas: a `FileDescriptorSet`.
 pub const ENCODING: &str = "protobuf";
 
-/// A topic.
+/// A topic of a run log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Topic {
     /// Angles, velocities and torques, for Foxglove.
@@ -21,13 +21,13 @@ pub enum Topic {
     Timing,
     /// What each drive said and was told in each cycle.
     Drives,
-    /// Every frame.
+    /// Every frame that the controller sent or received.
     CanFrames,
     /// Counters and ages of bus and drives.
     CanHealth,
     /// The frozen inner state.
     Keyframes,
-    /// Text.
+    /// Lines of text with a severity.
     Log,
     /// Why the run failed.
     Fault,

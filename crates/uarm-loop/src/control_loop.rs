@@ -25,7 +25,7 @@ pub const HEALTH_INTERVAL: Duration = Duration::from_millis(100);
 pub struct ControlLoop<'a, const J: usize, const N: usize> {
     /// From counts to torques.
     pub path: SignalPath<'a, J, N>,
-    /// Timing so far.
+    /// Latencies of the cycles so far.
     pub timing: TimingRecorder,
     /// What others may look at while the loop runs.
     pub progress: &'a Progress<N>,
@@ -91,7 +91,7 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
         }
     }
 
-    /// One cycle: SYNC, counts, angles and rates, reference, torque, limits, torque out.
+    /// One cycle: SYNC, counts, angles and velocities, reference, torque, limits, torque out.
     fn cycle<L: Link, C: Clock>(
         &mut self,
         tick: &Tick,

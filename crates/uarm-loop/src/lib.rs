@@ -84,3 +84,8 @@ pub mod stop_request;
 pub mod task_clock;
 pub mod timing;
 pub mod torque;
+
+/// The README's example, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

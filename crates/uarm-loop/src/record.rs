@@ -202,7 +202,7 @@ pub trait Recorder<const J: usize, const N: usize> {
     fn health(&mut self, _health: &HealthRecord<J>) {}
 }
 
-/// Keeps nothing.
+/// A recorder that keeps nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct NoRecorder;
 

@@ -22,13 +22,13 @@ pub struct Robot<const J: usize, const N: usize> {
     pub name: String,
     /// The joints, the passive base first.
     pub joints: [Joint; J],
-    /// The experiment.
+    /// The motion of the experiment.
     pub task: Task<N>,
     /// The loop's period.
     pub period: Period,
     /// Largest tracking error of an active joint, rad; beyond it a run ends.
     pub tracking_error_limit: f64,
-    /// The bus.
+    /// The bus and its heartbeats.
     pub bus: Bus,
 }
 
@@ -69,7 +69,7 @@ pub struct Task<const N: usize> {
 /// The bus, and who must be heard on it how often.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bus {
-    /// Bits per second.
+    /// The bit rate, bit/s.
     pub bit_rate: BitRate,
     /// How much of each period the bus is busy.
     pub time: BusTime,

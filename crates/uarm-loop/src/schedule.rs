@@ -44,7 +44,7 @@ pub struct Tick {
 pub struct Overrun {
     /// The tick that is late.
     pub index: u64,
-    /// By how much.
+    /// How late it is.
     pub late: Duration,
 }
 

@@ -83,15 +83,15 @@ impl Latencies {
 /// One kind of latency over a run, in nanoseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct LatencySummary {
-    /// The smallest.
+    /// The smallest latency.
     pub minimum_ns: u64,
-    /// The mean.
+    /// The mean latency.
     pub mean_ns: f64,
     /// 99 % were at most this.
     pub p99_ns: u64,
     /// 99.9 % were at most this.
     pub p999_ns: u64,
-    /// The largest.
+    /// The largest latency.
     pub maximum_ns: u64,
 }
 
@@ -134,7 +134,7 @@ impl TimingRecorder {
         }
     }
 
-    /// What was collected.
+    /// The timing of the cycles so far.
     pub fn summary(&self) -> TimingSummary {
         TimingSummary {
             period_ns: u64::try_from(self.period.as_nanos()).unwrap_or(u64::MAX),
@@ -151,7 +151,7 @@ impl TimingRecorder {
 /// The timing of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TimingSummary {
-    /// The period.
+    /// The nominal period of the loop.
     pub period_ns: u64,
     /// Cycles that ran.
     pub cycles: u64,
@@ -180,7 +180,7 @@ pub enum Verdict {
 }
 
 impl TimingSummary {
-    /// The verdict.
+    /// What the timing is worth.
     pub fn verdict(&self) -> Verdict {
         if self.missed_deadlines + self.skipped_ticks > 0 {
             Verdict::Missed

@@ -23,7 +23,7 @@ use uarm_loop::outcome::Indices;
 pub struct ComparisonSettings<'a> {
     /// The robot file; without it the paper's UARM.
     pub robot: Option<&'a Path>,
-    /// Who is compared.
+    /// The controller variants that are compared.
     pub variants: &'a [ControllerVariant],
     /// What the robot is.
     pub plant: PlantChoice,
@@ -44,7 +44,7 @@ pub struct ComparisonSettings<'a> {
 pub struct Comparison {
     /// The robot's name.
     pub robot: String,
-    /// What moved.
+    /// The plant that moved.
     pub plant: &'static str,
     /// Experiments for each controller.
     pub repetitions: u32,
@@ -61,7 +61,7 @@ pub struct Comparison {
 /// One controller's experiments.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ControllerRow {
-    /// Its name.
+    /// The name of the controller variant.
     pub controller: &'static str,
     /// Where it comes from.
     pub origin: Origin,
@@ -83,7 +83,7 @@ pub struct ControllerRow {
     pub experiments: Vec<ExperimentRow>,
 }
 
-/// One experiment.
+/// The result of one experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ExperimentRow {
     /// How far joints 1 to 3 were from the nominal start, degrees.

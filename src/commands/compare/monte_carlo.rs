@@ -30,11 +30,11 @@ pub const INTEGRATION_STEP: IntegrationStep = IntegrationStep::COARSE;
 pub struct MonteCarloSettings<'a> {
     /// The robot file; without it the paper's UARM.
     pub robot: Option<&'a Path>,
-    /// Who is compared.
+    /// The controller variants that are compared.
     pub variants: &'a [ControllerVariant],
     /// What disturbs the joints.
     pub disturbance: Disturbance,
-    /// How many plants.
+    /// The number of plants drawn.
     pub draws: NonZeroU32,
     /// How far they are from the robot file's.
     pub spread: Spread,
@@ -51,7 +51,7 @@ pub struct MonteCarloSettings<'a> {
 pub struct MonteCarlo {
     /// The robot's name.
     pub robot: String,
-    /// How many plants.
+    /// The number of plants drawn.
     pub draws: u32,
     /// How far each parameter was from the robot file's at most, as a share of it.
     pub spread: f64,
@@ -73,7 +73,7 @@ pub struct MonteCarlo {
 /// One controller on all plants.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MonteCarloRow {
-    /// Its name.
+    /// The name of the controller variant.
     pub controller: &'static str,
     /// Where it comes from.
     pub origin: Origin,
@@ -92,7 +92,7 @@ pub struct MonteCarloRow {
 /// One plant, and how each controller did on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
-    /// The plant.
+    /// The plant that was drawn.
     pub plant: UarmPlantParameters,
     /// How far joints 1 to 3 were from the nominal start, rad.
     pub start_offset: [f64; 3],

@@ -5,13 +5,13 @@ use serde::Serialize;
 /// Mean and spread.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// Mean.
+    /// The mean of the values.
     pub mean: f64,
     /// Standard deviation of the population that the numbers are a sample of (divided by n − 1); none for one number.
     pub deviation: Option<f64>,
-    /// Smallest.
+    /// The smallest value.
     pub minimum: f64,
-    /// Largest.
+    /// The largest value.
     pub maximum: f64,
 }
 

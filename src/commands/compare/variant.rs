@@ -103,7 +103,7 @@ impl ControllerVariant {
 /// A variant with the robot that it controls.
 #[derive(Clone, Debug)]
 pub struct VariantRobot {
-    /// Who.
+    /// The controller variant.
     pub variant: ControllerVariant,
     /// The robot, its laws in the variant's form.
     pub robot: Robot,

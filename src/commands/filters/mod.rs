@@ -1,4 +1,4 @@
-//! `uarm filters`: the rate estimators compared on the paper's motion.
+//! `uarm filters`: the velocity estimators compared on the paper's motion.
 
 mod motion;
 mod study;
@@ -26,7 +26,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// A row of the comparison as JSON gives it; rates in degrees.
+/// A row of the comparison as JSON gives it; velocities in degrees.
 #[derive(Serialize)]
 struct JsonRow {
     estimator: String,
@@ -94,7 +94,7 @@ fn json(study: &FilterStudy) -> JsonStudy {
 fn print(output: &mut impl Write, study: &FilterStudy) -> io::Result<()> {
     writeln!(
         output,
-        "joint rate from an encoder at {} ms, on the paper's motion (RMS in deg/s, delay in ms)",
+        "joint velocity from an encoder at {} ms, on the paper's motion (RMS in deg/s, delay in ms)",
         PERIOD * 1e3
     )?;
     for jitter in [Jitter::None, Jitter::TenPercent] {

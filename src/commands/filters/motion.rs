@@ -12,7 +12,7 @@ pub const PERIOD: f64 = 0.003;
 /// How the period varies around [`PERIOD`]; the estimators are told the true one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Jitter {
-    /// Not at all.
+    /// The period is constant.
     None,
     /// Evenly within ±10 %, far more than a real-time kernel shows.
     TenPercent,
@@ -114,20 +114,20 @@ impl Recording {
         Self { truth, samples }
     }
 
-    /// RMS of estimated minus true rate, both joints, the truth taken `delay` s earlier, rad/s.
-    pub fn rms_error(&self, rates: &[[f64; 2]], delay: f64) -> f64 {
-        let squares: f64 = self.residuals(rates, delay).map(|(residual, _)| residual.norm_squared()).sum();
+    /// RMS of estimated minus true velocity, both joints, the truth taken `delay` s earlier, rad/s.
+    pub fn rms_error(&self, velocities: &[[f64; 2]], delay: f64) -> f64 {
+        let squares: f64 = self.residuals(velocities, delay).map(|(residual, _)| residual.norm_squared()).sum();
         (squares / (2 * self.samples.len()) as f64).sqrt()
     }
 
-    /// The lag d that makes Σ ‖estimate(t) − rate(t − d)‖² least, s, by Gauss–Newton: the residual's derivative to d is
+    /// The lag d that makes Σ ‖estimate(t) − velocity(t − d)‖² least, s, by Gauss–Newton: the residual's derivative to d is
     /// the acceleration.
-    pub fn least_squares_delay(&self, rates: &[[f64; 2]]) -> f64 {
+    pub fn least_squares_delay(&self, velocities: &[[f64; 2]]) -> f64 {
         /// The motion is smooth over the delays that occur; four steps leave nothing visible.
         const STEPS: u32 = 8;
         (0..STEPS).fold(0.0, |delay, _| {
             let (numerator, denominator) =
-                self.residuals(rates, delay).fold((0.0, 0.0), |(above, below), (residual, acceleration)| {
+                self.residuals(velocities, delay).fold((0.0, 0.0), |(above, below), (residual, acceleration)| {
                     (above + residual.dot(&acceleration), below + acceleration.norm_squared())
                 });
             delay - numerator / denominator
@@ -137,12 +137,12 @@ impl Recording {
     /// Estimate minus truth, and the true acceleration, `delay` s earlier.
     fn residuals<'a>(
         &'a self,
-        rates: &'a [[f64; 2]],
+        velocities: &'a [[f64; 2]],
         delay: f64,
     ) -> impl Iterator<Item = (Vector2<f64>, Vector2<f64>)> + 'a {
-        self.samples.iter().zip(rates).map(move |(sample, rate)| {
+        self.samples.iter().zip(velocities).map(move |(sample, velocity)| {
             let truth = self.truth.at(sample.time - delay);
-            (Vector2::from(*rate) - truth.velocity, truth.acceleration)
+            (Vector2::from(*velocity) - truth.velocity, truth.acceleration)
         })
     }
 }
@@ -190,10 +190,10 @@ mod tests {
         let counts = CountsPerRevolution::new(65_536).unwrap();
         let recording = Recording::new(Motion::Task, counts, Jitter::TenPercent);
         for delay in [-0.01, 0.0, 0.02, 0.08] {
-            let rates: Vec<[f64; 2]> =
+            let velocities: Vec<[f64; 2]> =
                 recording.samples.iter().map(|s| recording.truth.at(s.time - delay).velocity.into()).collect();
-            assert_relative_eq!(recording.least_squares_delay(&rates), delay, epsilon = 1e-9);
-            assert!(recording.rms_error(&rates, delay) < 1e-12);
+            assert_relative_eq!(recording.least_squares_delay(&velocities), delay, epsilon = 1e-9);
+            assert!(recording.rms_error(&velocities, delay) < 1e-12);
         }
     }
 }

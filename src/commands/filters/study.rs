@@ -168,7 +168,7 @@ mod tests {
     /// With a fine encoder the paper's filter is all delay: one over its cutoff, and half a period of the difference,
     /// less what the discrete filter gains on the continuous one (half a period).
     #[test]
-    fn the_papers_filter_has_the_delay_of_its_corner() {
+    fn the_papers_filter_has_the_delay_of_its_cutoff() {
         let row = row(EstimatorVariant::PaperLowPass, 65_536);
         assert!((row.delay - 1.0 / PAPER_CUTOFF).abs() < PERIOD, "{row:?}");
         assert!(row.rms_at_delay < 0.3 * row.rms_error, "{row:?}");

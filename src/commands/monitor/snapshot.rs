@@ -104,7 +104,7 @@ pub struct Latencies {
 }
 
 impl<'a> Snapshot<'a> {
-    /// Of a state.
+    /// The snapshot of a state.
     pub fn of(state: &'a State) -> Self {
         let (life, told) = words(&state.life());
         let run = state.run.as_ref();

@@ -58,7 +58,7 @@ pub struct State {
 pub enum Life {
     /// It has not begun.
     Beginning,
-    /// It runs.
+    /// Cycles are being recorded.
     Running,
     /// Nothing was written for so long: the process was killed or is stopped, or the disk stands still.
     Silent(Duration),

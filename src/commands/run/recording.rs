@@ -124,7 +124,7 @@ impl RunRecording {
 /// How an experiment ended.
 #[derive(Clone, Copy, Debug)]
 pub enum End<'a> {
-    /// With a report.
+    /// The run was made, and has a report.
     Reported(&'a RunReport),
     /// Before it could begin, or by a bug.
     Failed(&'a str),

@@ -45,11 +45,11 @@ pub struct FlightRecord {
     pub window_s: f64,
     /// Cycles in that part.
     pub cycles: usize,
-    /// Frames in it.
+    /// The number of frames in that part.
     pub frames: usize,
     /// Cycles that were kept beside the queue because the writer was late.
     pub cycles_kept: u64,
-    /// Frames that were.
+    /// Frames that were kept beside the queue.
     pub frames_kept: u64,
 }
 
@@ -71,9 +71,9 @@ pub struct Contents {
     pub begin: String,
     /// From there to the end of the last cycle, s.
     pub duration_s: f64,
-    /// Cycles.
+    /// The number of cycles.
     pub cycles: usize,
-    /// Frames.
+    /// The number of frames.
     pub frames: usize,
     /// Keyframes, from which a replay can begin.
     pub keyframes: usize,
@@ -86,7 +86,7 @@ pub struct Warning {
     pub at_s: f64,
     /// Whether the run failed of it.
     pub fatal: bool,
-    /// What it says.
+    /// The text of the note.
     pub text: String,
 }
 

@@ -9,8 +9,8 @@ use anfis::{
 };
 use hinf_control::{BellError, BellShape, Firing, FuzzySets, GeneralisedBell};
 
-/// The universe of rate errors in the paper's Fig. 12, °/s.
-pub const RATE_UNIVERSE: [f64; 2] = [-20.0, 20.0];
+/// The universe of velocity errors in the paper's Fig. 12, °/s.
+pub const VELOCITY_UNIVERSE: [f64; 2] = [-20.0, 20.0];
 /// The universe of position errors in the paper's Fig. 12, °.
 pub const POSITION_UNIVERSE: [f64; 2] = [-2.0, 0.5];
 /// Without a checking set, every so many samples check what the others train. Odd, since the two joints' samples alternate:
@@ -48,7 +48,7 @@ pub struct Learned {
 /// Why nothing was learned.
 #[derive(Debug, thiserror::Error)]
 pub enum LearnError {
-    /// ANFIS refused.
+    /// The learning refused data or settings.
     #[error(transparent)]
     Anfis(#[from] AnfisError),
     /// It left a set that the controller refuses.
@@ -90,13 +90,13 @@ pub fn learn(
 
 /// The grid before training, in °/s and °.
 fn grid(firing: Firing) -> Result<PremiseSets, AnfisError> {
-    let [rate, position] = [RATE_UNIVERSE, POSITION_UNIVERSE].map(|[lower, upper]| Universe::new(lower, upper));
+    let [velocity, position] = [VELOCITY_UNIVERSE, POSITION_UNIVERSE].map(|[lower, upper]| Universe::new(lower, upper));
     let firing = match firing {
         Firing::Minimum => anfis::Firing::Minimum,
         Firing::Product => anfis::Firing::Product,
     };
     let inputs = vec![
-        InputSets::grid("rate error", "deg/s", rate?, hinf_control::SETS)?,
+        InputSets::grid("velocity error", "deg/s", velocity?, hinf_control::SETS)?,
         InputSets::grid("position error", "deg", position?, hinf_control::SETS)?,
     ];
     PremiseSets::new(firing, inputs)
@@ -104,7 +104,7 @@ fn grid(firing: Firing) -> Result<PremiseSets, AnfisError> {
 
 /// Trained premises as the controller takes them.
 fn sets(premises: &PremiseSets) -> Result<FuzzySets<f64>, LearnError> {
-    let [rate, position] = premises.inputs() else { return Err(LearnError::Count) };
+    let [velocity, position] = premises.inputs() else { return Err(LearnError::Count) };
     let bells = |input: &InputSets| -> Result<[GeneralisedBell<f64>; hinf_control::SETS], LearnError> {
         let bell = |bell: &Bell| {
             GeneralisedBell::new(BellShape {
@@ -116,7 +116,7 @@ fn sets(premises: &PremiseSets) -> Result<FuzzySets<f64>, LearnError> {
         let bells = input.sets().iter().map(bell).collect::<Result<Vec<_>, _>>()?;
         bells.try_into().map_err(|_| LearnError::Count)
     };
-    Ok(FuzzySets { velocity: bells(rate)?, position: bells(position)? })
+    Ok(FuzzySets { velocity: bells(velocity)?, position: bells(position)? })
 }
 
 #[cfg(test)]
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn what_sets_of_this_shape_can_express_is_learned_the_same_each_time() {
-        // A bend at a rate error of 5 deg/s, where the grid has no set.
+        // A bend at a velocity error of 5 deg/s, where the grid has no set.
         let wave = (0..400).map(|k| 0.03 * f64::from(k));
         let samples = wave.map(|t| {
             let (rate, position) = (15.0 * (7.0 * t).sin(), -0.75 + 1.2 * (11.0 * t).cos());

@@ -42,7 +42,7 @@ pub enum SampleError {
     Weights {
         /// The law's name.
         law: &'static str,
-        /// Why.
+        /// Why the weights are refused.
         source: hinf_control::SynthesisError,
     },
     /// Another law, or another robot file, made the recording.

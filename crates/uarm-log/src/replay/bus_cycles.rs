@@ -24,9 +24,9 @@ pub struct BusCycle<const J: usize> {
 /// Whether all frames are there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Continuity {
-    /// Since the previous cycle.
+    /// All frames since the previous cycle are there.
     Whole,
-    /// Some are missing.
+    /// Some frames are missing in it or before it.
     Broken,
 }
 

@@ -10,15 +10,15 @@ use uarm_loop::record::CycleRecord;
 /// Where a replay and the record part.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
-    /// The cycle.
+    /// The tick of the cycle.
     pub tick: u64,
     /// Its task time, s.
     pub time: f64,
     /// The signal, with its joint or number.
     pub signal: String,
-    /// As recorded.
+    /// The value as it was recorded.
     pub recorded: Value,
-    /// As replayed.
+    /// The value as the replay gives it.
     pub replayed: Value,
 }
 

@@ -40,7 +40,7 @@ pub struct ExactReplay {
     pub keyframes: u64,
     /// Cycles in which something differs.
     pub differing_cycles: u64,
-    /// The first differences.
+    /// The first differences, at most ten.
     pub differences: Vec<Difference>,
     /// Cycles that could not be replayed, since something before them is missing.
     pub lost_cycles: u64,

@@ -13,7 +13,7 @@ use super::source::{ReplayError, Source};
 /// One cycle of both controllers, with `N` active joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair<const N: usize> {
-    /// The cycle.
+    /// The tick of the cycle.
     pub tick: u64,
     /// Its task time, s.
     pub time: f64,

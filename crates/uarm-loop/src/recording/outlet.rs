@@ -19,7 +19,7 @@ pub enum FullQueue {
 pub struct Dropped(AtomicU64);
 
 impl Dropped {
-    /// So far.
+    /// The number of records lost so far.
     pub fn count(&self) -> u64 {
         self.0.load(Ordering::Relaxed)
     }
@@ -32,9 +32,9 @@ impl Dropped {
 /// How many records a queue and its ring hold.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizes {
-    /// The queue.
+    /// Records that the queue holds.
     pub queue: usize,
-    /// The ring.
+    /// Records that the ring holds.
     pub ring: usize,
 }
 

@@ -73,9 +73,9 @@ pub struct RunEnd {
     pub figures: Vec<(String, String)>,
     /// Cycles that were kept for the writer, since its queue was full.
     pub cycles_kept: u64,
-    /// Frames that were.
+    /// Frames that were kept for the writer.
     pub frames_kept: u64,
-    /// Records lost.
+    /// Records that were lost.
     pub dropped: u64,
 }
 
@@ -101,7 +101,7 @@ pub trait Sink<const J: usize, const N: usize>: Send {
     /// What it is called in messages.
     fn name(&self) -> String;
 
-    /// Takes one entry.
+    /// Takes one entry: writes it, or keeps it to be written.
     ///
     /// # Errors
     /// If it cannot be written; the sink is then closed and the run goes on.

@@ -1,0 +1,63 @@
+//! Which joint is which.
+
+use std::f64::consts::TAU;
+
+use uarm_loop::estimation::{Estimate, Estimation, EstimationError};
+use uarm_loop::hinf_control::Measurement;
+use uarm_loop::nalgebra::Vector2;
+use uarm_loop::uarm_io::encoder::{
+    CounterWidth, CountsPerRevolution, Direction, EncoderConfiguration, EncoderError, JumpLimit,
+};
+use uarm_loop::uarm_io::estimator::{self, EstimatorConfiguration};
+use uarm_loop::uarm_io::time::Duration;
+
+/// Joints of 64, 128 and 256 counts per revolution: powers of two, so that angles are exact.
+fn estimation() -> Estimation<3> {
+    let estimator = EstimatorConfiguration::LowPass { cutoff: 30.0 }.build().unwrap();
+    Estimation::new([64, 128, 256].map(|counts| {
+        let encoder = EncoderConfiguration {
+            counts_per_revolution: CountsPerRevolution::new(counts).unwrap(),
+            counter_width: CounterWidth::FULL,
+            direction: Direction::Positive,
+            zero: 0,
+            jump_limit: JumpLimit::new(1.0, 5).unwrap(),
+        };
+        (encoder, estimator)
+    }))
+}
+
+#[test]
+fn every_count_becomes_the_angle_of_its_own_joint() {
+    let estimate = estimation().estimate(&[16, 16, 16], 0.0).unwrap();
+    assert_eq!(estimate.measured, [TAU / 4.0, TAU / 8.0, TAU / 16.0]);
+    assert_eq!(estimate.position(), estimate.measured, "the first reading is a joint at rest");
+    assert_eq!(estimate.velocity(), [0.0; 3]);
+}
+
+#[test]
+fn a_refused_count_names_its_joint() {
+    for (joint, counts) in [(1, [6, 0, 0]), (2, [0, -6, 0]), (3, [0, 0, 6])] {
+        let mut estimation = estimation();
+        estimation.estimate(&[0; 3], 0.0).unwrap();
+        // 1 rad/s is less than a count in 1 ms: five counts of margin are what is believed.
+        let error = estimation.estimate(&counts, 0.001).unwrap_err();
+        let change = i64::from(counts[joint - 1]);
+        let source = EncoderError::Jump { change, limit: 5, elapsed: Duration::from_millis(1) };
+        assert_eq!(error, EstimationError { joint, source });
+        assert!(error.to_string().starts_with(&format!("joint {joint}: the counter went by {change} counts in 1ms")));
+    }
+}
+
+#[test]
+fn the_laws_see_joint_1_as_the_base_and_joints_2_and_3_as_the_arm() {
+    let joint =
+        |number: f64| estimator::Estimate { position: number, velocity: 10.0 * number, acceleration: 100.0 * number };
+    let estimate = Estimate { joints: [joint(1.0), joint(2.0), joint(3.0)], measured: [0.0; 3] };
+    let measurement: Measurement<f64, 2> = estimate.measurement();
+    assert_eq!(measurement.position, Vector2::new(2.0, 3.0));
+    assert_eq!(measurement.velocity, Vector2::new(20.0, 30.0));
+    assert_eq!(
+        [measurement.base.position, measurement.base.velocity, measurement.base.acceleration],
+        [1.0, 10.0, 100.0]
+    );
+}

@@ -1,0 +1,123 @@
+//! Every limit of the robot, on both of its sides.
+
+use uarm_loop::estimation::Estimate;
+use uarm_loop::guard::{Guard, JointLimits, LimitViolation, Quantity};
+use uarm_loop::hinf_control::Reference;
+use uarm_loop::nalgebra::Vector2;
+use uarm_loop::uarm_io::estimator;
+
+/// Joint 1 within −1 to 2 rad and 3 rad/s, joint 2 within −0.5 to 0.75 and 4, joint 3 within −0.25 to 0.5 and 5.
+const GUARD: Guard<3> = Guard {
+    joints: [
+        JointLimits { position: [-1.0, 2.0], velocity: 3.0 },
+        JointLimits { position: [-0.5, 0.75], velocity: 4.0 },
+        JointLimits { position: [-0.25, 0.5], velocity: 5.0 },
+    ],
+    tracking_error: 0.125,
+    start_tolerance: 0.0625,
+};
+
+fn at(position: [f64; 3], velocity: [f64; 3]) -> Estimate<3> {
+    let joint = |index: usize| estimator::Estimate {
+        position: position[index],
+        velocity: velocity[index],
+        acceleration: 1e9, // nobody limits it
+    };
+    Estimate { joints: std::array::from_fn(joint), measured: [f64::NAN; 3] }
+}
+
+/// A reference without tracking error, so that only the joint's own limits count.
+fn tracked(estimate: &Estimate<3>) -> Reference<f64, 2> {
+    reference(estimate.joints[1].position, estimate.joints[2].position)
+}
+
+fn reference(joint_2: f64, joint_3: f64) -> Reference<f64, 2> {
+    Reference { position: Vector2::new(joint_2, joint_3), velocity: Vector2::zeros(), acceleration: Vector2::zeros() }
+}
+
+fn with(joint: usize, value: f64) -> [f64; 3] {
+    let mut values = [0.0; 3];
+    values[joint - 1] = value;
+    values
+}
+
+#[test]
+fn angles_are_limited_on_both_sides_of_every_joint() {
+    for (joint, allowed) in [(1, [-1.0, 2.0]), (2, [-0.5, 0.75]), (3, [-0.25, 0.5])] {
+        for (inside, outside) in [(allowed[0], allowed[0] - 1e-9), (allowed[1], allowed[1] + 1e-9)] {
+            let check = |angle| {
+                let estimate = at(with(joint, angle), [0.0; 3]);
+                GUARD.check(0.25, 1, &estimate, &tracked(&estimate))
+            };
+            assert_eq!(check(inside), Ok(()), "joint {joint} at {inside}");
+            let quantity = Quantity::Position;
+            assert_eq!(check(outside), Err(LimitViolation { joint, time: 0.25, quantity, found: outside, allowed }));
+        }
+    }
+}
+
+#[test]
+fn velocities_are_limited_in_both_directions_of_every_joint() {
+    for (joint, limit) in [(1, 3.0), (2, 4.0), (3, 5.0)] {
+        for sign in [1.0, -1.0] {
+            let check = |velocity| {
+                let estimate = at([0.0; 3], with(joint, velocity));
+                GUARD.check(0.25, 1, &estimate, &tracked(&estimate))
+            };
+            assert_eq!(check(sign * limit), Ok(()));
+            let (quantity, found) = (Quantity::Velocity, sign * (limit + 1e-9));
+            let allowed = [-limit, limit];
+            assert_eq!(check(found), Err(LimitViolation { joint, time: 0.25, quantity, found, allowed }));
+        }
+    }
+}
+
+#[test]
+fn what_is_no_number_is_outside() {
+    for joint in 1..=3 {
+        let estimate = at(with(joint, f64::NAN), [0.0; 3]);
+        let violation = GUARD.check(0.0, 1, &estimate, &reference(0.0, 0.0)).unwrap_err();
+        assert_eq!((violation.joint, violation.quantity), (joint, Quantity::Position));
+        let estimate = at([0.0; 3], with(joint, f64::NAN));
+        let violation = GUARD.check(0.0, 1, &estimate, &reference(0.0, 0.0)).unwrap_err();
+        assert_eq!((violation.joint, violation.quantity), (joint, Quantity::Velocity));
+    }
+    for (joint, reference) in [(2, reference(f64::NAN, 0.0)), (3, reference(0.0, f64::NAN))] {
+        let violation = GUARD.check(0.0, 1, &at([0.0; 3], [0.0; 3]), &reference).unwrap_err();
+        assert_eq!((violation.joint, violation.quantity), (joint, Quantity::TrackingError));
+    }
+}
+
+/// The error is the estimated angle less the desired one, of joints 2 and 3 alone; in the first cycle it has a limit of its
+/// own.
+#[test]
+fn both_active_joints_are_kept_near_the_reference() {
+    let cases =
+        [(0, Quantity::StartError, 0.0625), (1, Quantity::TrackingError, 0.125), (7, Quantity::TrackingError, 0.125)];
+    for (elapsed, quantity, limit) in cases {
+        for joint in [2, 3] {
+            for sign in [1.0, -1.0] {
+                // Joint 1 is anywhere: it has no reference.
+                let check = |error: f64| {
+                    let angles = if joint == 2 { [1.5, 0.25 + error, 0.0] } else { [1.5, 0.25, error] };
+                    GUARD.check(0.25, elapsed, &at(angles, [0.0; 3]), &reference(0.25, 0.0))
+                };
+                assert_eq!(check(sign * limit), Ok(()));
+                let found = sign * (limit + 2_f64.powi(-30));
+                let allowed = [-limit, limit];
+                assert_eq!(check(found), Err(LimitViolation { joint, time: 0.25, quantity, found, allowed }));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_violation_reads_in_degrees() {
+    let allowed = [-1.0, 1.0];
+    let violation = LimitViolation { joint: 3, time: 0.25, quantity: Quantity::Velocity, found: 2.0, allowed };
+    let text = "joint 3 at 0.250 s: velocity is 114.59 deg/s, expected -57.30 to 57.30 deg/s";
+    assert_eq!(violation.to_string(), text);
+    let violation = LimitViolation { quantity: Quantity::StartError, ..violation };
+    let text = "joint 3 at 0.250 s: distance from the start of the motion is 114.59 deg, expected -57.30 to 57.30 deg";
+    assert_eq!(violation.to_string(), text);
+}

@@ -1,0 +1,14 @@
+//! How the parts of the loop are connected: every expected number is worked out by hand.
+
+mod control_loop;
+mod estimation;
+mod fake_bus;
+mod fake_path;
+mod guard;
+mod indices;
+mod keyframe;
+mod records;
+mod signal_path;
+mod task_clock;
+mod timing;
+mod torque;
