@@ -203,7 +203,7 @@ impl RunReport {
                 if let Some(faults) = self.page_faults {
                     writeln!(output, "  page faults        {faults} in the loop")?;
                 }
-                writeln!(output, "  verdict            {}: {}", verdict_word(verdict), timing.advice())?;
+                writeln!(output, "  verdict            {}: {}", verdict_word(verdict), advice(verdict))?;
             }
         }
         writeln!(
@@ -235,6 +235,21 @@ fn latency_row(name: &str, latency: &LatencySummary) -> String {
         microseconds(latency.p999_ns),
         microseconds(latency.maximum_ns)
     )
+}
+
+/// What to do about a verdict.
+fn advice(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Good => "the loop keeps its deadline with half of the period to spare",
+        Verdict::Tight => {
+            "no deadline was missed, but little is left: run `uarm doctor`, and see docs/realtime.md for a real-time \
+             kernel, priorities and an isolated CPU"
+        }
+        Verdict::Missed => {
+            "do not run motors like this: run `uarm doctor`, use a PREEMPT_RT kernel, let uarm have SCHED_FIFO and locked \
+             memory (--rt enforce), keep other load off its CPU (docs/realtime.md)"
+        }
+    }
 }
 
 fn verdict_word(verdict: Verdict) -> &'static str {

@@ -57,3 +57,55 @@ impl SimulatedEnd {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use hinf_control::{Disturbance, Law};
+
+    use super::*;
+    use crate::dimensions::CycleRecord;
+    use crate::robot::BUILT_IN;
+    use crate::robot::overrides::Overrides;
+    use crate::simulated_robot::PlantChoice;
+
+    /// The paper's experiment with controller 1 on the imperfect UARM, whose joints in `reversed` have their drives the other
+    /// way round.
+    fn run_with(reversed: [bool; JOINTS]) -> (Outcome, Vec<CycleRecord>) {
+        let mut pieces = BUILT_IN.split("direction = \"positive\"");
+        let mut text = pieces.next().unwrap_or_default().to_owned();
+        for (piece, reversed) in pieces.zip(reversed) {
+            text += if reversed { "direction = \"negative\"" } else { "direction = \"positive\"" };
+            text += piece;
+        }
+        assert_eq!(text.matches("direction = \"negative\"").count(), reversed.iter().filter(|one| **one).count());
+        let robot = Robot::parse(Path::new("reversed.toml"), &text, &Overrides::default()).unwrap();
+        let plant = SimulatedPlant::new(&robot, PlantChoice::Uarm, Disturbance::Paper).unwrap();
+        let settings = Settings::paper(Law::Nonlinear);
+        let (end, records) = simulate(&robot, &settings, plant, Vec::new()).unwrap();
+        (end.completed("reversed").unwrap(), records)
+    }
+
+    /// Which way a drive is mounted shows in its counts and in the torques that it is sent, and in nothing else.
+    #[test]
+    fn a_reversed_drive_moves_its_joint_the_same_way() {
+        let (outcome, records) = run_with([false; JOINTS]);
+        assert!((outcome.indices.l2 - 0.0751).abs() <= 0.0005, "L2 is {}", outcome.indices.l2);
+        assert!(records.iter().any(|record| record.counts[0] != 0 && record.torque_sent[1] != 0));
+        for reversed in [[true, false, false], [false, true, false], [false, false, true], [true, true, true]] {
+            let (reversed_outcome, reversed_records) = run_with(reversed);
+            let indices = |outcome: &Outcome| (outcome.indices.l2.to_bits(), outcome.indices.e.to_bits());
+            assert_eq!(indices(&reversed_outcome), indices(&outcome), "{reversed:?}");
+            assert_eq!(reversed_records.len(), records.len());
+            for (record, mut mirrored) in records.iter().zip(reversed_records) {
+                for joint in (0..JOINTS).filter(|joint| reversed[*joint]) {
+                    mirrored.counts[joint] = -mirrored.counts[joint];
+                    mirrored.torque_sent[joint] = -mirrored.torque_sent[joint];
+                }
+                // As text, in which the two zeros differ.
+                assert_eq!(format!("{mirrored:?}"), format!("{record:?}"), "{reversed:?}");
+            }
+        }
+    }
+}

@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use std::path::Path;
-use uarm_log::reader::RunLog;
+use uarm::dimensions::RunLog;
 
 fuzz_target!(|bytes: &[u8]| {
     if let Ok(log) = RunLog::read_from(bytes, Path::new("fuzzed.mcap")) {

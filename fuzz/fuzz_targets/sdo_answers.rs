@@ -84,7 +84,7 @@ fn drive(node: u8) -> DriveParameters {
 
 fn network(changes: &[u8], clock: VirtualClock) -> DriveNetwork<Changed<'_>, 3> {
     let drives = [1, 2, 3].map(drive);
-    let configurations = drives.clone().map(|drive| DriveConfiguration {
+    let configurations = drives.map(|drive| DriveConfiguration {
         node: drive.node(),
         encoder_increments: COUNTS_PER_REVOLUTION,
         encoder_revolutions: 1,

@@ -57,3 +57,43 @@ pub(super) fn check(bus: &file::Bus, period: Period, check: &Checker<'_>) -> Res
         milliseconds("sdo_timeout_ms", bus.sdo_timeout_ms, Duration::from_millis(1), "one frame each way")?;
     Ok(Bus { bit_rate, time, controller_heartbeat, controller_timeout, drive_heartbeat, drive_timeout, sdo_timeout })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::robot::overrides::Overrides;
+    use crate::robot::{BUILT_IN, Robot};
+
+    fn with(from: &str, to: &str) -> Result<Robot, String> {
+        assert_eq!(BUILT_IN.matches(from).count(), 1, "{from}");
+        let text = BUILT_IN.replace(from, to);
+        Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).map_err(|error| error.to_string())
+    }
+
+    /// The controller sends a heartbeat every 10 ms, a drive every 50 ms.
+    #[test]
+    fn a_silence_of_two_heartbeats_must_be_borne() {
+        let drive = |milliseconds| with("drive_timeout_ms = 200", &format!("drive_timeout_ms = {milliseconds}"));
+        let controller =
+            |milliseconds| with("controller_timeout_ms = 50", &format!("controller_timeout_ms = {milliseconds}"));
+        assert_eq!(controller(20).unwrap().description.bus.controller_timeout.as_millis(), 20);
+        assert_eq!(drive(100).unwrap().description.bus.drive_timeout.as_millis(), 100);
+        for milliseconds in [10, 19] {
+            let message = controller(milliseconds).unwrap_err();
+            assert!(message.contains("bus.controller_timeout_ms") && message.contains("at least 20"), "{message}");
+        }
+        for milliseconds in [50, 99] {
+            let message = drive(milliseconds).unwrap_err();
+            assert!(message.contains("bus.drive_timeout_ms") && message.contains("at least 100"), "{message}");
+        }
+    }
+
+    #[test]
+    fn the_controller_sends_no_heartbeat_more_often_than_once_a_period() {
+        let controller =
+            |milliseconds| with("controller_heartbeat_ms = 10", &format!("controller_heartbeat_ms = {milliseconds}"));
+        assert!(controller(3).is_ok());
+        assert!(controller(2).unwrap_err().contains("bus.controller_heartbeat_ms"));
+    }
+}

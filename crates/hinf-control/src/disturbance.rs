@@ -61,8 +61,8 @@ mod tests {
     #[test]
     fn acts_from_one_second_on_and_peaks_as_in_the_paper() {
         let just_before = Duration::from_nanos(999_999_999);
-        assert_eq!(Disturbance::Paper.torque::<2>(just_before, 0.0), SVector::zeros());
-        assert_eq!(Disturbance::Paper.torque::<2>(Duration::from_secs(1), 0.0), SVector::zeros());
+        assert_eq!(Disturbance::Paper.torque::<2>(just_before, 0.0), SVector::<f64, 2>::zeros());
+        assert_eq!(Disturbance::Paper.torque::<2>(Duration::from_secs(1), 0.0), SVector::<f64, 2>::zeros());
         // The maximum of e^(−5s) sin(6πs) lies at tan(6πs) = 6π/5.
         let s = (6.0 * core::f64::consts::PI / 5.0).atan() / (6.0 * core::f64::consts::PI);
         let peak: SVector<f64, 3> = Disturbance::Paper.torque(Duration::from_secs(1), s);

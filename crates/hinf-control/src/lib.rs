@@ -114,6 +114,9 @@ mod synthesis_error;
 mod tracking_error;
 mod weights;
 
+pub use dem_model;
+pub use nalgebra;
+
 pub use attenuation::ProvenAttenuation;
 pub use base_acceleration::{BaseAcceleration, UnsupportedBaseAcceleration};
 pub use controller::*;

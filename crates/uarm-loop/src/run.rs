@@ -17,7 +17,7 @@ use crate::network::NetworkError;
 use crate::outcome::{Indices, Outcome};
 use crate::progress::Progress;
 use crate::record::Recorder;
-use crate::robot::{Robot, Task};
+use crate::robot::Robot;
 use crate::schedule::Schedule;
 use crate::settings::Settings;
 use crate::signal_path::SignalPath;
@@ -100,12 +100,7 @@ pub fn run<L: Link, C: Clock, R: Recorder<J, N>, const J: usize, const N: usize>
     let mut drives = DriveNetwork::new(link, robot.network_configuration()?);
 
     let started = drives.start(clock).map_err(RunError::from);
-    let motion = started.and_then(|started| {
-        motion(robot, settings, started.drives.map(|drive| drive.position)).map_err(|error| match error {
-            MotionError::Encoder(error) => RunError::Encoder(error),
-            MotionError::Approach(error) => RunError::Approach(error),
-        })
-    });
+    let motion = started.and_then(|started| motion(robot, settings, started.drives.map(|drive| drive.position)));
     let mut page_faults = PageFaults::default();
     let end = match motion {
         Ok(motion) => {
@@ -153,35 +148,21 @@ pub fn signal_path<'a, const J: usize, const N: usize>(
     })
 }
 
-enum MotionError {
-    Encoder(EstimationError),
-    Approach(ReferenceError),
-}
-
 /// The motion from where the encoders say that the joints are.
-fn motion<const J: usize, const N: usize>(
+fn motion<E: LinkError, const J: usize, const N: usize>(
     robot: &Robot<J, N>,
     settings: &Settings,
     counts: [i32; J],
-) -> Result<Motion<N>, MotionError> {
-    let Some(duration) = settings.approach else { return Ok(robot.task.motion()) };
+) -> Result<Motion<N>, RunError<E>> {
+    let task = robot.task.motion();
+    let Some(duration) = settings.approach else { return Ok(task) };
     let mut angles = [0.0; J];
     for (((angle, joint), raw), number) in angles.iter_mut().zip(&robot.joints).zip(counts).zip(1..) {
         let mut encoder = Encoder::new(joint.encoder);
-        let count = encoder
-            .update(raw, Duration::ZERO)
-            .map_err(|source| MotionError::Encoder(EstimationError { joint: number, source }))?;
+        let count = encoder.update(raw, Duration::ZERO).map_err(|source| EstimationError { joint: number, source })?;
         *angle = encoder.angle_of(count);
     }
-    approach(&robot.task, &angles, duration).map_err(MotionError::Approach)
-}
-
-fn approach<const J: usize, const N: usize>(
-    task: &Task<N>,
-    angles: &[f64; J],
-    duration: Duration,
-) -> Result<Motion<N>, ReferenceError> {
-    let start = *task.reference.start();
-    let way = QuinticReference::new(dimensions::active(angles), start, duration.as_secs_f64())?;
-    Ok(task.motion().after(way))
+    let start = *robot.task.reference.start();
+    let approach = QuinticReference::new(dimensions::active(&angles), start, duration.as_secs_f64())?;
+    Ok(task.after(approach))
 }

@@ -190,21 +190,6 @@ impl TimingSummary {
             Verdict::Good
         }
     }
-
-    /// What to do about it.
-    pub fn advice(&self) -> &'static str {
-        match self.verdict() {
-            Verdict::Good => "the loop keeps its deadline with half of the period to spare",
-            Verdict::Tight => {
-                "no deadline was missed, but little is left: run `uarm doctor`, and see docs/realtime.md for a \
-                 real-time kernel, priorities and an isolated CPU"
-            }
-            Verdict::Missed => {
-                "do not run motors like this: run `uarm doctor`, use a PREEMPT_RT kernel, let uarm have SCHED_FIFO and \
-                 locked memory, keep other load off its CPU (docs/realtime.md)"
-            }
-        }
-    }
 }
 
 #[cfg(test)]

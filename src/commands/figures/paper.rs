@@ -77,7 +77,7 @@ pub const fn figures_of(law: Law) -> Option<PaperFigures> {
             tick_at_start: true,
             controller: "adaptive fuzzy nonlinear H\u{221e} control (2)",
         },
-        Law::ComputedTorque => return None,
+        _ => return None,
     })
 }
 

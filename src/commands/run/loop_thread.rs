@@ -159,3 +159,24 @@ fn describe(stop: &StopReport<JOINTS>) -> String {
     let nodes: Vec<_> = doubtful.iter().map(|drive| drive.node.to_string()).collect();
     format!("NOT CONFIRMED by node {}: power off and brakes (its own heartbeat watchdog brakes it)", nodes.join(", "))
 }
+
+#[cfg(test)]
+mod tests {
+    use uarm_io::drive::network::DriveStop;
+
+    use super::*;
+
+    #[test]
+    fn a_stop_that_a_drive_did_not_confirm_is_told() {
+        let drive = |node, power_off| DriveStop { node, power_off, ..DriveStop::default() };
+        let told = |second, third| {
+            let drives = [drive(1, Confirmation::Confirmed), drive(12, second), drive(3, third)];
+            describe(&StopReport { drives })
+        };
+        let (confirmed, silent, unsent) = (Confirmation::Confirmed, Confirmation::Unconfirmed, Confirmation::NotSent);
+        assert_eq!(told(confirmed, confirmed), "all drives confirmed power off, brakes closed");
+        assert!(told(silent, confirmed).starts_with("NOT CONFIRMED by node 12: power off and brakes"));
+        assert!(told(confirmed, unsent).starts_with("NOT CONFIRMED by node 3: "));
+        assert!(told(silent, unsent).starts_with("NOT CONFIRMED by node 12, 3: "));
+    }
+}

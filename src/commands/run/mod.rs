@@ -205,3 +205,99 @@ fn realtime(arguments: &Arguments) -> anyhow::Result<Realtime> {
     let default = if arguments.can.is_some() { RealtimePolicy::Enforce } else { RealtimePolicy::Prefer };
     Realtime::new(arguments.rt.unwrap_or(default), arguments.priority, arguments.cpu)
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use uarm_loop::outcome::Indices;
+    use uarm_loop::timing::{LatencySummary, TimingSummary};
+
+    use super::*;
+    use crate::report::BusReport;
+
+    /// A run that completed in time and lost nothing.
+    fn report() -> RunReport {
+        let latency = LatencySummary::default();
+        RunReport {
+            robot: "UARM".to_owned(),
+            plant: "can0".to_owned(),
+            controller: "nonlinear".to_owned(),
+            end: "completed".to_owned(),
+            fault: None,
+            completed: true,
+            indices: Indices { l2: 0.1, e: 0.1 },
+            paper: None,
+            final_error_deg: [0.0; 2],
+            peak_torque_nm: [0.0; 2],
+            base_drift_deg: 0.0,
+            limited_cycles: 7,
+            clock: uarm_log::description::ClockKind::Monotonic,
+            timing: TimingSummary {
+                period_ns: 3_000_000,
+                cycles: 1_000,
+                missed_deadlines: 0,
+                skipped_ticks: 0,
+                wake_up: latency,
+                feedback_latency: latency,
+                total: latency,
+            },
+            timing_verdict: None,
+            bus: BusReport { time_per_cycle_us: 695.0, load: 0.23 },
+            page_faults: None,
+            log: None,
+            records_dropped: 0,
+            losses: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn late_cycles_are_a_loss_where_motors_were_driven() {
+        let mut missed = report();
+        missed.timing.missed_deadlines = 1;
+        let mut skipped = report();
+        skipped.timing.skipped_ticks = 1;
+        assert_eq!(outcome(&[report()], true), Exit::Ok);
+        for late in [missed, skipped] {
+            assert_eq!(outcome(&[report(), late.clone(), report()], true), Exit::Loss);
+            assert_eq!(outcome(&[late], false), Exit::Ok, "on the simulated robot they tell of the machine");
+        }
+    }
+
+    #[test]
+    fn lost_records_are_a_loss_everywhere_and_a_failure_is_worse() {
+        let dropped = RunReport { records_dropped: 1, ..report() };
+        let unwritten = RunReport { losses: vec!["a file".to_owned()], ..report() };
+        let failed = RunReport { completed: false, ..report() };
+        for drives in [false, true] {
+            assert_eq!(outcome(&[dropped.clone()], drives), Exit::Loss);
+            assert_eq!(outcome(&[report(), unwritten.clone()], drives), Exit::Loss);
+            assert_eq!(outcome(&[dropped.clone(), failed.clone()], drives), Exit::Failure);
+        }
+    }
+
+    #[derive(clap::Parser)]
+    struct CommandLine {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+
+    fn settings_of(options: &[&str]) -> (AdaptationGuard, Disturbance, DisturbanceSite) {
+        let words = std::iter::once("run").chain(options.iter().copied());
+        let Settings { guard, disturbance, disturbance_site, .. } =
+            settings(&CommandLine::try_parse_from(words).unwrap().arguments);
+        (guard, disturbance, disturbance_site)
+    }
+
+    #[test]
+    fn drives_get_what_is_safe_and_the_simulated_robot_what_the_paper_did() {
+        let paper = (AdaptationGuard::None, Disturbance::Paper, DisturbanceSite::Plant);
+        assert_eq!(settings_of(&[]), paper);
+        assert_eq!(settings_of(&["--virtual-time", "--plant", "ideal"]), paper);
+        let safe = (AdaptationGuard::Bounded, Disturbance::None, DisturbanceSite::Command);
+        assert_eq!(settings_of(&["--can", "can0"]), safe);
+        let asked = ["--adaptation", "none", "--disturbance", "paper", "--disturbance-site", "plant"];
+        assert_eq!(settings_of(&[["--can", "can0"].as_slice(), asked.as_slice()].concat()), paper);
+        let asked = ["--adaptation", "bounded", "--disturbance", "none", "--disturbance-site", "command"];
+        assert_eq!(settings_of(&asked), safe);
+    }
+}

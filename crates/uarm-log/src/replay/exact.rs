@@ -183,11 +183,12 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
         match self.path.step(tick, cycle.sync_at, &counts, self.source.robot.period) {
             Ok(signals) => {
                 self.position = Position::After(Some(tick.index));
-                match recorded {
+                let mut differences = match recorded {
                     Some(recorded) => self.compare(recorded, tick, &counts, cycle, &signals),
                     None => self.compare_sent(cycle, tick, &signals),
-                }
-                self.compare_keyframe(tick);
+                };
+                differences.extend(self.compare_keyframe(tick));
+                self.outcome.note(differences);
             }
             Err(fault) => {
                 self.position = Position::Ended;
@@ -209,27 +210,27 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
         counts: &[i32; J],
         cycle: &BusCycle<J>,
         signals: &Signals<J, N>,
-    ) {
+    ) -> Vec<Difference> {
         let mut replayed = CycleRecord::new(tick, &recorded.instants, counts, &cycle.statuswords, signals);
         replayed.set_parameters(self.path.controller.parameters());
-        let (compared, differences) = compare(recorded, &replayed);
+        let (compared, mut differences) = compare(recorded, &replayed);
         self.outcome.cycles += 1;
         self.outcome.signals += compared;
-        self.outcome.note(differences);
-        self.compare_sent_frames(cycle, tick, signals);
+        differences.extend(self.compare_sent_frames(cycle, tick, signals));
+        differences
     }
 
     /// Where only the bus was recorded, the torques on it are what there is to compare.
-    fn compare_sent(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) {
+    fn compare_sent(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) -> Vec<Difference> {
         // What follows the last SYNC may be the stop that ended the run, with torque 0.
         if self.is_last(cycle) && cycle.sent.iter().all(|sent| sent.unwrap_or(0) == 0) {
-            return;
+            return Vec::new();
         }
         self.outcome.cycles += 1;
-        self.compare_sent_frames(cycle, tick, signals);
+        self.compare_sent_frames(cycle, tick, signals)
     }
 
-    fn compare_sent_frames(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) {
+    fn compare_sent_frames(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) -> Vec<Difference> {
         let frames = cycle.sent.iter().zip(signals.torque.sent).zip(1..);
         let mut differences = Vec::new();
         for ((recorded, replayed), joint) in frames {
@@ -245,23 +246,21 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
                 });
             }
         }
-        self.outcome.note(differences);
+        differences
     }
 
     /// The inner state as well, wherever the run recorded it.
-    fn compare_keyframe(&mut self, tick: &Tick) {
+    fn compare_keyframe(&mut self, tick: &Tick) -> Option<Difference> {
         let keyframes = self.source.keyframes;
-        let Ok(index) = keyframes.binary_search_by_key(&Some(tick.index), |(after, _)| *after) else { return };
-        let Some((_, recorded)) = keyframes.get(index) else { return };
+        let index = keyframes.binary_search_by_key(&Some(tick.index), |(after, _)| *after).ok()?;
+        let (_, recorded) = keyframes.get(index)?;
         self.outcome.keyframes += 1;
-        if self.path.freeze() != *recorded {
-            self.outcome.note(vec![Difference {
-                tick: tick.index,
-                time: recorded.task_clock.time,
-                signal: "inner state equals the keyframe".to_owned(),
-                recorded: Value::Flag(true),
-                replayed: Value::Flag(false),
-            }]);
-        }
+        (self.path.freeze() != *recorded).then(|| Difference {
+            tick: tick.index,
+            time: recorded.task_clock.time,
+            signal: "inner state equals the keyframe".to_owned(),
+            recorded: Value::Flag(true),
+            replayed: Value::Flag(false),
+        })
     }
 }

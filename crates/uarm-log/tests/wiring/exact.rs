@@ -1,0 +1,158 @@
+//! What a replay compares, and what it does not.
+
+use uarm_log::replay::bus_cycles::Continuity;
+use uarm_log::replay::exact::{ExactReplay, Start};
+use uarm_log::signals::Value;
+
+use crate::support::{RampLaw, Run, bus_cycle, run};
+
+fn replay(run: &Run, start: Start) -> ExactReplay {
+    ExactReplay::run(&run.source(), &mut RampLaw::default(), start).unwrap()
+}
+
+fn from_beginning(run: &Run) -> ExactReplay {
+    replay(run, Start::Beginning)
+}
+
+#[test]
+fn a_run_is_equal_to_itself() {
+    let outcome = from_beginning(&run(12));
+    assert!(outcome.is_equal());
+    assert_eq!((outcome.cycles, outcome.keyframes, outcome.lost_cycles, outcome.resumed), (12, 2, 0, 0));
+    assert_eq!((outcome.from, outcome.differences, outcome.fault), (0.0, Vec::new(), None));
+}
+
+#[test]
+fn where_only_the_bus_was_recorded_its_torques_are_compared() {
+    let outcome = from_beginning(&run(12).bus_only());
+    assert!(outcome.is_equal());
+    assert_eq!((outcome.cycles, outcome.signals), (12, 36), "three torques a cycle");
+}
+
+/// 1.1 rad of joint 2 are 6303 counts: beyond the limit of 1 rad.
+fn beyond_a_limit() -> Run {
+    let mut run = run(4);
+    run.bus.push(bus_cycle(4, [0, 6_303, 0]));
+    run.bus[4].sent = [None; 3];
+    run
+}
+
+#[test]
+fn a_fault_is_reproduced_only_if_it_is_the_recorded_one() {
+    let text = "joint 2 at 0.012 s: angle is 63.03 deg, expected -57.30 to 57.30 deg";
+    let mut run = beyond_a_limit();
+    run.fault = Some("the loop ended: joint 2 at 0.012 s: angle is 63.03 deg, expected -57.30 to 57.30 deg");
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.fault.as_deref(), outcome.fault_reproduced), (Some(text), Some(true)));
+    assert!(outcome.is_equal());
+
+    run.fault = Some("the CAN link failed");
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.fault.as_deref(), outcome.fault_reproduced), (Some(text), Some(false)));
+    assert!(!outcome.is_equal());
+
+    // A run that was told to have no fault, of which only the bus was recorded.
+    run.fault = None;
+    let outcome = from_beginning(&run.bus_only());
+    assert_eq!(outcome.fault_reproduced, Some(false));
+}
+
+#[test]
+fn a_killed_run_ends_with_its_last_record() {
+    let mut run = run(6);
+    run.records.pop();
+    let outcome = from_beginning(&run);
+    assert!(outcome.is_equal());
+    assert_eq!((outcome.cycles, outcome.fault_reproduced), (5, None));
+    // With a limit passed in the cycle that the process was killed in, too: nobody knows whether it saw it.
+    let outcome = from_beginning(&beyond_a_limit());
+    assert_eq!((outcome.is_equal(), outcome.cycles, outcome.fault), (true, 4, None));
+}
+
+#[test]
+fn a_record_that_is_missing_in_the_middle_is_no_end() {
+    let mut run = run(6);
+    run.records.remove(2);
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.is_equal(), outcome.cycles), (true, 6), "its frames are compared");
+}
+
+#[test]
+fn the_stop_after_the_last_sync_is_not_a_torque_of_the_law() {
+    for sent in [[Some(0); 3], [None; 3], [Some(0), None, None]] {
+        let mut run = run(6).bus_only();
+        run.bus[5].sent = sent;
+        let outcome = from_beginning(&run);
+        assert_eq!((outcome.is_equal(), outcome.cycles), (true, 5), "{sent:?}");
+    }
+    // Zero in the middle of a run is a torque, and a wrong one.
+    let mut run = run(6).bus_only();
+    run.bus[3].sent = [Some(0); 3];
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.differing_cycles, outcome.cycles), (1, 6));
+    let [first, second] = outcome.differences.as_slice() else { panic!("{:?}", outcome.differences) };
+    assert_eq!((first.tick, first.signal.as_str()), (3, "torque in the frame to joint 2, per mille"));
+    assert_eq!((first.recorded, first.replayed), (Value::Integer(0), Value::Integer(265)));
+    assert_eq!(
+        (second.signal.as_str(), second.replayed),
+        ("torque in the frame to joint 3, per mille", Value::Integer(-200))
+    );
+    // And so is one of the last cycle that is not zero.
+    run.bus[3] = bus_cycle(3, [-3, 9, 6]);
+    run.bus[5].sent = [Some(0), Some(1), Some(0)];
+    assert!(!from_beginning(&run).is_equal());
+}
+
+#[test]
+fn all_differences_are_counted_and_the_first_ten_are_kept() {
+    let mut run = run(20);
+    for record in &mut run.records[3..18] {
+        record.torque_applied[1] = 0.125;
+    }
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.differing_cycles, outcome.differences.len()), (15, 10));
+    let ticks: Vec<u64> = outcome.differences.iter().map(|difference| difference.tick).collect();
+    assert_eq!(ticks, (3..13).collect::<Vec<_>>());
+    assert!(!outcome.is_equal());
+}
+
+#[test]
+fn a_cycle_that_differs_in_record_frame_and_state_is_one_cycle() {
+    let mut run = run(6);
+    run.records[4].torque_sent[1] = 1;
+    run.bus[4].sent[1] = Some(1);
+    run.keyframes[1].1.torque_applied.x = 0.125;
+    let outcome = from_beginning(&run);
+    let signals: Vec<&str> = outcome.differences.iter().map(|difference| difference.signal.as_str()).collect();
+    let expected =
+        ["torque_sent_2_per_mille", "torque in the frame to joint 2, per mille", "inner state equals the keyframe"];
+    assert_eq!((signals.as_slice(), outcome.differing_cycles), (expected.as_slice(), 1));
+}
+
+#[test]
+fn behind_a_gap_a_replay_goes_on_from_the_next_keyframe() {
+    let mut run = run(12);
+    run.bus[2].continuity = Continuity::Broken;
+    let outcome = from_beginning(&run);
+    // Ticks 2, 3 and 4 are lost; a keyframe follows tick 4.
+    assert_eq!((outcome.cycles, outcome.lost_cycles, outcome.resumed), (9, 3, 1));
+    assert!(outcome.is_equal());
+    // A SYNC that is not there at all is a gap, too.
+    let mut run = self::run(12);
+    run.bus.remove(2);
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.cycles, outcome.lost_cycles, outcome.resumed), (9, 2, 1));
+}
+
+#[test]
+fn a_replay_may_begin_at_a_keyframe() {
+    // Keyframes follow ticks 4 (0.012 s) and 9 (0.027 s).
+    for (before, from, cycles) in [(0.001, 0.0, 12), (0.02, 0.012, 7), (0.027, 0.012, 7), (1.0, 0.027, 2)] {
+        let outcome = replay(&run(12), Start::KeyframeBefore(before));
+        assert_eq!((outcome.from, outcome.cycles, outcome.is_equal()), (from, cycles, true), "before {before} s");
+    }
+    let mut run = run(12);
+    run.keyframes.remove(0);
+    let error = ExactReplay::run(&run.source(), &mut RampLaw::default(), Start::KeyframeBefore(0.01)).unwrap_err();
+    assert_eq!(error.to_string(), "no keyframe before 0.01 s");
+}
