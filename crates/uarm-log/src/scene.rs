@@ -148,8 +148,7 @@ mod tests {
         let scene =
             Scene::new(&lengths.map(|link_length| JointDescription { name: String::new(), node: 1, link_length }));
         let q = [0.3, -0.7, 1.1];
-        let mut record = CycleRecord::<3, 2>::default();
-        record.position = q;
+        let record = CycleRecord::<3, 2> { position: q, ..CycleRecord::default() };
         let mut point = Plane::zeros();
         let mut turned = 0.0_f64;
         for transform in scene.transforms(&record, 0).transforms.iter().take(3) {
