@@ -55,6 +55,11 @@ fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>)
             ));
         }
     };
+    let rate_field = field("limits.torque_rate_nm_per_s");
+    let torque_rate_limit = match joint.role {
+        Role::Active => check.positive(&rate_field, limits.torque_rate_nm_per_s)?,
+        Role::Passive => check.not_negative(&rate_field, limits.torque_rate_nm_per_s)?,
+    };
     let rated = rated_torque(&field("drive.rated_torque_nm"), joint.drive.rated_torque_nm, check)?;
     let torque_scale =
         TorqueScale { rated_torque: rated, direction: encoder.direction, ceiling: ceiling(torque_limit, rated) };
@@ -73,7 +78,7 @@ fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>)
         torque_scale,
         writes: writes(index, &joint.drive.writes, check)?,
         torque_limit,
-        torque_rate_limit: check.not_negative(&field("limits.torque_rate_nm_per_s"), limits.torque_rate_nm_per_s)?,
+        torque_rate_limit,
         limits: JointLimits { position: [minimum.to_radians(), maximum.to_radians()], velocity },
     })
 }
@@ -149,4 +154,32 @@ fn writes(
             Ok((Address::new(write.index, write.subindex), value))
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use uarm_io::encoder::JumpLimit;
+
+    use crate::robot::overrides::Overrides;
+    use crate::robot::{BUILT_IN, Robot};
+
+    /// The limiter takes no rate of zero: such a file would be refused only when a run begins.
+    #[test]
+    fn an_active_joint_needs_a_torque_rate() {
+        let text = BUILT_IN.replacen("torque_rate_nm_per_s = 100.0", "torque_rate_nm_per_s = 0.0", 1);
+        let error = Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).unwrap_err().to_string();
+        assert!(error.contains("joints[1].limits.torque_rate_nm_per_s"), "{error}");
+    }
+
+    /// In one period of 3 ms the base turns 2.16 degrees at 720 deg/s: 202.4 of 33739 counts, so 203, and one more. The other
+    /// joints turn half as far: 101.2 counts, so 102, and one more.
+    #[test]
+    fn the_jump_margin_is_what_a_joint_turns_in_a_period_and_one_count() {
+        let robot = Robot::load(None).unwrap();
+        let limits = robot.description.joints.each_ref().map(|joint| joint.encoder.jump_limit);
+        let expected = [(720.0_f64, 204), (360.0, 103), (360.0, 103)];
+        assert_eq!(limits, expected.map(|(velocity, margin)| JumpLimit::new(velocity.to_radians(), margin).unwrap()));
+    }
 }

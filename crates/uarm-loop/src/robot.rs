@@ -49,7 +49,7 @@ pub struct Joint {
     pub writes: Vec<(Address, Value)>,
     /// Largest torque either way, N·m; zero for the passive joint.
     pub torque_limit: f64,
-    /// Largest change of torque, N·m/s; zero for no such limit.
+    /// Largest change of torque, N·m/s; above zero, but for the passive joint.
     pub torque_rate_limit: f64,
     /// Limits of motion, beyond which a run ends.
     pub limits: JointLimits,

@@ -269,7 +269,7 @@ mod tests {
         let unwritten = RunReport { losses: vec!["a file".to_owned()], ..report() };
         let failed = RunReport { completed: false, ..report() };
         for drives in [false, true] {
-            assert_eq!(outcome(&[dropped.clone()], drives), Exit::Loss);
+            assert_eq!(outcome(std::slice::from_ref(&dropped), drives), Exit::Loss);
             assert_eq!(outcome(&[report(), unwritten.clone()], drives), Exit::Loss);
             assert_eq!(outcome(&[dropped.clone(), failed.clone()], drives), Exit::Failure);
         }

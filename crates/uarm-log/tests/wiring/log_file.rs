@@ -199,6 +199,9 @@ fn parts_of_different_cycles_are_not_joined() {
     // Nor is what is left of one cycle with what is left of another: /timing of the first is missing.
     let messages = [one[control].clone(), one[drives].clone(), two[timing].clone(), two[drives].clone()];
     assert_eq!(read(&file(&messages)).cycles, []);
+    // A part is used once.
+    let messages = [one.as_slice(), &one[drives..]].concat();
+    assert_eq!(read(&file(&messages)).cycles, [run.records[0]]);
 }
 
 #[test]

@@ -4,6 +4,8 @@ use approx::assert_abs_diff_eq;
 use uarm_log::replay::bus_cycles::Continuity;
 use uarm_log::replay::what_if::WhatIf;
 use uarm_log::uarm_loop::guard::JointLimits;
+use uarm_log::uarm_loop::hinf_control::QuinticReference;
+use uarm_log::uarm_loop::nalgebra::Vector2;
 use uarm_log::uarm_loop::uarm_io::time::Duration;
 
 use crate::support::{RampLaw, Run, run};
@@ -18,6 +20,9 @@ fn no_limit_of_the_other_robot_ends_it() {
     for joint in &mut other.robot.joints {
         joint.limits = JointLimits { position: [0.5, 0.6], velocity: 1e-9 };
     }
+    // Nor is the other robot's task where the joints are.
+    let elsewhere = Vector2::new(0.5, -0.5);
+    other.robot.task.reference = QuinticReference::new(elsewhere, elsewhere, 3.0).unwrap();
     other.robot.task.start_tolerance = 1e-9;
     other.robot.tracking_error_limit = 1e-9;
     let outcome = what_if(&run, &other);

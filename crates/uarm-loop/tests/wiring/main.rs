@@ -8,6 +8,7 @@ mod guard;
 mod indices;
 mod keyframe;
 mod records;
+mod schedule;
 mod signal_path;
 mod task_clock;
 mod timing;
