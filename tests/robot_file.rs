@@ -63,7 +63,7 @@ fn unknown_and_missing_fields_are_named() {
     refuses("length_m = 0.203 }", "length_mm = 203.0 }", &["length_mm", "length_m"]);
     refuses("[controllers.adaptive]\nq1 = [0.64, 0.64]\n", "[controllers.adaptive]\n", &["q1", "missing"]);
     refuses("hold_s = 0.5", "", &["hold_s", "missing"]);
-    refuses("{ torque_nm = 0.2,", "{ torque_nm = 0.2, torque_Nm = 0.2,", &["joints.1.limits.torque_Nm", "torque_nm"]);
+    refuses("{ torque_nm = 0.2,", "{ torque_nm = 0.2, torque_Nm = 0.2,", &["joints[1].limits.torque_Nm", "torque_nm"]);
     refuses(
         "[controllers.fuzzy]\n",
         "[controllers.fuzy]\nz = 1.0\n[controllers.fuzzy]\n",

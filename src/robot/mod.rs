@@ -89,7 +89,7 @@ impl Robot {
         let check = Checker::new(name);
         let (mut file, unknown) = read(name, text)?;
         if let Some(field) = unknown.first() {
-            return Err(check.refuse(field, "unknown field", known_beside(&file, field)));
+            return Err(check.refuse(with_brackets(field), "unknown field", known_beside(&file, field)));
         }
         overrides.apply(&mut file, &check)?;
         Self::check(name, text, file)
@@ -130,9 +130,7 @@ impl Robot {
             file,
         })
     }
-}
 
-impl Robot {
     /// The robot of a log, with what the log says of its fuzzy sets; `name` is what messages call the log.
     ///
     /// # Errors
@@ -191,19 +189,33 @@ fn read(name: &Path, text: &str) -> Result<(RobotFile, Vec<String>), RobotError>
 
 /// The fields that are known in the table of `field`, a path such as `joints.1.limits.torque`.
 fn known_beside(file: &RobotFile, field: &str) -> String {
-    let whole = toml::Value::try_from(file).ok();
-    let mut names: Vec<_> = field.split('.').collect();
-    names.pop();
-    let table = names.iter().try_fold(whole, |value, name| {
-        let value = value?;
-        Some(name.parse::<usize>().map_or_else(|_| value.get(name).cloned(), |index| value.get(index).cloned()))
-    });
-    match table.flatten() {
+    let parents = field.rsplit_once('.').map_or("", |(parents, _)| parents);
+    let mut place = toml::Value::try_from(file).ok();
+    for name in parents.split_terminator('.') {
+        place = place.and_then(|place| match name.parse::<usize>() {
+            Ok(index) => place.get(index).cloned(),
+            Err(_) => place.get(name).cloned(),
+        });
+    }
+    match place {
         Some(toml::Value::Table(table)) => {
             format!("one of {}", table.keys().map(String::as_str).collect::<Vec<_>>().join(", "))
         }
         _ => "a field that robots/uarm.toml explains".to_owned(),
     }
+}
+
+/// A path with its indices in brackets, as other messages have them: `joints[1].limits.torque`.
+fn with_brackets(path: &str) -> String {
+    let mut text = String::new();
+    for name in path.split('.') {
+        match name.parse::<usize>() {
+            Ok(index) => text.push_str(&format!("[{index}]")),
+            Err(_) if text.is_empty() => text.push_str(name),
+            Err(_) => text.push_str(&format!(".{name}")),
+        }
+    }
+    text
 }
 
 fn model(model: &file::Model, check: &Checker<'_>) -> Result<ThreeLinkDem<f64>, RobotError> {
