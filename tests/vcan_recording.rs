@@ -108,8 +108,8 @@ fn recording_any_law_costs_no_deadline_and_no_page_fault() {
         assert_whole(&RunLog::read(&file).unwrap());
         assert_eq!(exit_code(&workshop, "replay", &file), Some(0));
         let most = |latency: &str| report["timing"][latency]["maximum_ns"].as_u64().unwrap();
-        let [wake_up, answer, total] = ["wake_up", "answer", "total"].map(most);
-        println!("{}: at most {wake_up} ns to wake up, {answer} ns to the counts, {total} ns in all", law.name());
+        let [wake_up, feedback, total] = ["wake_up", "feedback_latency", "total"].map(most);
+        println!("{}: at most {wake_up} ns to wake up, {feedback} ns to the counts, {total} ns in all", law.name());
     }
 }
 
