@@ -49,7 +49,7 @@
 //! | [`recording`] | from the loop to files: lock-free queues and a writer thread |
 //! | [`timing`], [`statistics`], [`outcome`] | latencies and their verdict; peaks; what came of a run |
 //! | [`robot`], [`network`] | the robot as types; what the CANopen master must know of it |
-//! | [`settings`], [`choice`], [`dimensions`] | what a run does; choices by name; how joints are counted |
+//! | [`settings`], [`mod@choice`], [`dimensions`] | what a run does; choices by name; how joints are counted |
 //! | [`progress`], [`stop_request`] | how others look at a running loop, and end it |
 #![forbid(unsafe_code)]
 #![cfg_attr(
