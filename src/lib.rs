@@ -7,7 +7,8 @@
 //! | [`robot`] | robot files: read, checked, turned into types |
 //! | [`simulated_robot`], [`simulation`] | a plant behind emulated drives; a run on it in virtual time |
 //! | [`report`], [`inspection`], [`figures`] | what runs and logs tell: for people, in terminals, as figures |
-//! | [`log_files`], [`signals`], [`options`], [`exit`] | where logs go; SIGINT and SIGTERM; choices on command lines; exit codes |
+//! | [`log_files`], [`signals`], [`options`] | where logs go; SIGINT and SIGTERM; choices on command lines |
+//! | [`exit`], [`error_text`] | exit codes; errors in words |
 //! | [`dimensions`] | the one place that says how many joints the robot has |
 //!
 //! The control loop itself is the crate [`uarm_loop`]: see [`uarm_loop::control_loop`].
@@ -16,6 +17,7 @@
 pub mod cli;
 pub mod commands;
 pub mod dimensions;
+pub mod error_text;
 pub mod exit;
 pub mod figures;
 pub mod inspection;

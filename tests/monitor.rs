@@ -148,7 +148,7 @@ fn what_is_no_log_is_named() {
     std::fs::write(folder.join("words.mcap"), "these are words, and no log").unwrap();
     for (arguments, part) in [
         (&["monitor"][..], "no log in runs/: name a file"),
-        (&["monitor", "words.mcap"], "uarm: words.mcap: no run log: "),
+        (&["monitor", "words.mcap"], "uarm: words.mcap: not a run log: "),
         (&["monitor", "missing.mcap", "--json"], "uarm: missing.mcap: "),
     ] {
         let output = uarm(&folder, arguments);

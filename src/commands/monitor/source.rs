@@ -69,7 +69,7 @@ impl Source {
         }
         let is_log = state.run.is_some() || state.growth == Growth::Open;
         let reason = state.damage.last().map_or("no description of a run", String::as_str);
-        ensure!(is_log, "{}: no run log: {reason}", path.display());
+        ensure!(is_log, "{}: not a run log: {reason}", path.display());
         Ok(())
     }
 }

@@ -20,6 +20,7 @@ use super::place::Place;
 use super::realtime::Realtime;
 use super::recording::{LogHandle, LoopSide};
 use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
+use crate::error_text::with_causes;
 use crate::robot::Robot;
 use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
 
@@ -124,7 +125,7 @@ where
         let hint = hint(&error);
         let error = anyhow::Error::new(error);
         match hint {
-            Some(hint) => anyhow::anyhow!("{error:#} ({hint})"),
+            Some(hint) => anyhow::anyhow!("{} ({hint})", with_causes(&error)),
             None => error,
         }
     });

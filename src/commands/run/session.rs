@@ -17,6 +17,7 @@ use super::realtime::Realtime;
 use super::recording::{End, LogContent, Losses, Repetition, RunRecording};
 use super::watch::show_progress;
 use crate::dimensions::Progress;
+use crate::error_text::with_causes;
 use crate::log_files::LogChoice;
 use crate::report::{COMPLETED, Ending, RunReport, Subject};
 use crate::robot::Robot;
@@ -107,7 +108,7 @@ impl Session {
                 Ok(report)
             }
             Ok(Err(error)) => {
-                recording.finish(&End::Failed(&format!("{error:#}")));
+                recording.finish(&End::Failed(&with_causes(&error)));
                 Err(error)
             }
             // The motors have been stopped; what led to the bug is worth keeping.
@@ -123,7 +124,10 @@ impl Session {
         let (completed, text, fault) = match end {
             Ok(LoopEnd::Completed) => (true, COMPLETED.to_owned(), None),
             Ok(LoopEnd::Interrupted) => (false, format!("interrupted; {stop}"), None),
-            Err(error) => (false, format!("FAILED: {error:#}; {stop}"), Some(format!("{error:#}"))),
+            Err(error) => {
+                let cause = with_causes(error);
+                (false, format!("FAILED: {cause}; {stop}"), Some(cause))
+            }
         };
         let (plant, clock) = (self.place.name(), self.place.clock());
         let controller = self.settings.law.name();
