@@ -69,6 +69,8 @@ struct Gated<S> {
     open: Arc<AtomicBool>,
     /// Cycles that went through the gate.
     cycles_taken: Arc<AtomicU64>,
+    /// Set once an entry stands before the closed gate.
+    is_waiting: Arc<AtomicBool>,
 }
 
 /// Waits for a condition that another thread brings about; fails if it does not come about in a minute.
@@ -87,6 +89,7 @@ impl<S: Sink<JOINTS, ACTIVE>> Sink<JOINTS, ACTIVE> for Gated<S> {
 
     fn take(&mut self, entry: Entry<'_, JOINTS, ACTIVE>) -> io::Result<()> {
         while !self.open.load(Ordering::Acquire) {
+            self.is_waiting.store(true, Ordering::Release);
             std::thread::sleep(Duration::from_millis(1));
         }
         let is_cycle = matches!(entry, Entry::Cycle(_));
@@ -136,8 +139,13 @@ fn the_last_seconds_before_a_fault_are_in_the_file_though_the_disk_stood_still()
     const CYCLES: u64 = 12_000;
     let disk = Disk::endless();
     let open = Arc::new(AtomicBool::new(true));
-    let taken = Arc::new(AtomicU64::new(0));
-    let sink = Gated { sink: log_writer(&disk), open: Arc::clone(&open), cycles_taken: Arc::clone(&taken) };
+    let (taken, is_waiting) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
+    let sink = Gated {
+        sink: log_writer(&disk),
+        open: Arc::clone(&open),
+        cycles_taken: Arc::clone(&taken),
+        is_waiting: Arc::clone(&is_waiting),
+    };
     let Recording { mut loop_recorder, mut frame_recorder, writer } =
         recording::start(vec![Box::new(sink)], FullQueue::Keep, PERIOD).unwrap();
     for record in cycles().take(CYCLES as usize) {
@@ -148,6 +156,10 @@ fn the_last_seconds_before_a_fault_are_in_the_file_though_the_disk_stood_still()
         }
         frame_recorder.record(FrameDirection::Sent, &frame(0x080, &[1]), record.instants.scheduled);
         loop_recorder.record(&record);
+        if record.tick == 100 {
+            // Later the writer would make room in a full queue, and one cycle of the lost ones would come through.
+            wait_until(|| is_waiting.load(Ordering::Acquire));
+        }
     }
     let dropped = writer.dropped();
     assert!(dropped > 1_000, "12 000 cycles do not fit 4000 + 2000: {dropped} lost");
