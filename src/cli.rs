@@ -36,6 +36,8 @@ pub enum Command {
     Show(commands::show::Arguments),
     /// Compare the controllers, beside the paper's Table 4, or on a thousand robots drawn around the UARM
     Compare(commands::compare::Arguments),
+    /// Check a robot file before anything moves: task, limits and margins, bus time, heartbeats
+    Check(commands::check::Arguments),
     /// Be the robot: emulated CANopen drives and their plant on a CAN interface
     Plant(commands::plant::Arguments),
     /// Map a space manipulator to its dynamically equivalent manipulator (Table 1 to Table 2)
@@ -63,6 +65,7 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
         Command::Monitor(arguments) => commands::monitor::execute(arguments),
         Command::Show(arguments) => commands::show::execute(arguments),
         Command::Compare(arguments) => commands::compare::execute(arguments),
+        Command::Check(arguments) => commands::check::execute(arguments),
         Command::Plant(arguments) => commands::plant::execute(arguments),
         Command::Map(arguments) => commands::map::execute(arguments),
         Command::Filters(arguments) => commands::filters::execute(arguments),

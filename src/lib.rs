@@ -7,7 +7,7 @@
 //! | [`robot`] | robot files: read, checked, turned into types |
 //! | [`simulated_robot`], [`simulation`] | a plant behind emulated drives; a run on it in virtual time |
 //! | [`report`], [`inspection`], [`figures`] | what runs and logs tell: for people, in terminals, as figures |
-//! | [`log_files`], [`signals`], [`options`] | where logs go; SIGINT and SIGTERM; choices on command lines |
+//! | [`log_files`], [`signals`], [`options`] | where logs go; signals that end a run; choices on command lines |
 //! | [`exit`], [`error_text`] | exit codes; errors in words |
 //! | [`dimensions`] | the one place that says how many joints the robot has |
 //!

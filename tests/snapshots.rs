@@ -70,6 +70,11 @@ fn the_comparison_of_the_controllers() {
 }
 
 #[test]
+fn the_margins_of_the_papers_robot() {
+    assert_prints("check", &folder("check"), &["check"]);
+}
+
+#[test]
 fn the_map_from_the_space_manipulator_to_its_equivalent() {
     assert_prints("map", &folder("map"), &["map"]);
 }

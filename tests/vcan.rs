@@ -135,7 +135,7 @@ fn an_interface_that_goes_down_ends_the_run_with_a_clear_error_and_brakes() {
 fn signals_end_a_run_with_torque_zero_quick_stop_brakes_and_nmt_stop() {
     let workshop = Workshop::new("signals");
     let bus = Bus::open();
-    for terminating in [Signal::INT, Signal::TERM] {
+    for terminating in [Signal::INT, Signal::TERM, Signal::HUP, Signal::QUIT] {
         let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &["--pacing", "wall-clock"]);
         let running = start_moving(&workshop, &bus);
         bus.drain();

@@ -7,12 +7,14 @@
 //! | [`fuzzy_sets`] | files of trained fuzzy sets |
 //! | [`overrides`] | what a command line changes of it |
 //! | `task` | the motion |
+//! | [`demand`] | what the motion asks of the joints, and whether they have it |
 //! | `joint` | encoders, drives and limits |
 //! | `bus` | the bus and its time budget |
 //! | [`control`] | period, estimator, and the controllers' weights |
 
 mod bus;
 pub mod control;
+pub mod demand;
 pub mod error;
 pub mod file;
 pub mod fuzzy_sets;
@@ -92,7 +94,10 @@ impl Robot {
             return Err(check.refuse(with_brackets(field), "unknown field", known_beside(&file, field)));
         }
         overrides.apply(&mut file, &check)?;
-        Self::check(name, text, file)
+        let robot = Self::check(name, text, file)?;
+        let task = &robot.description.task.reference;
+        demand::check(&robot.description, &robot.model, task, demand::TASK, &check)?;
+        Ok(robot)
     }
 
     /// Checks a robot file as written; `name` and `text` say where it came from.

@@ -1,0 +1,154 @@
+//! `uarm check`: is a robot file right, and what margin does it leave? Nothing moves, no bus is needed.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use crate::dimensions::ACTIVE;
+use crate::robot::overrides::Overrides;
+use crate::robot::{self, Robot, demand};
+
+/// Arguments of `uarm check`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  uarm check                                 the paper's UARM, which is built in
+  uarm check --robot my-robot.toml           before its first run: exit code 0 if `uarm run` would take it
+
+What `uarm run` refuses before it opens an interface is refused here, with the same words: fields, postures, velocity and
+torque of the task, bus time, heartbeats. What only the drives know (`uarm run --can` compares it at start) is not.
+Torques are those of the nominal model on a base without momentum; friction and disturbances come on top.")]
+pub struct Arguments {
+    /// The robot file; without it the paper's UARM
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// The loop's period, such as 3ms or 1ms, instead of the robot file's
+    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    period: Option<Duration>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is asked of a joint beside what it has.
+#[derive(Debug, Serialize)]
+struct Limit {
+    quantity: &'static str,
+    unit: &'static str,
+    needed: f64,
+    allowed: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct JointCheck {
+    name: String,
+    /// Angle range of the task, deg.
+    task_deg: [f64; 2],
+    /// Angle range allowed, deg.
+    limits_deg: [f64; 2],
+    limits: Vec<Limit>,
+}
+
+#[derive(Debug, Serialize)]
+struct BusCheck {
+    bit_rate: u32,
+    cycle_us: f64,
+    worst_cycle_us: f64,
+    period_us: f64,
+    controller_heartbeat_ms: f64,
+    controller_timeout_ms: f64,
+    drive_heartbeat_ms: f64,
+    drive_timeout_ms: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Check {
+    file: String,
+    robot: String,
+    joints: Vec<JointCheck>,
+    bus: BusCheck,
+}
+
+/// Checks a robot file and prints the margins.
+///
+/// # Errors
+/// If the file is wrong: file, field, value and what was expected.
+pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let overrides = Overrides { period: arguments.period, ..Overrides::default() };
+    let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
+    let check = check(arguments.robot.as_deref(), &robot);
+    let mut output = std::io::stdout().lock();
+    if arguments.json {
+        serde_json::to_writer_pretty(&mut output, &check)?;
+        writeln!(output)?;
+    } else {
+        print(&mut output, &check)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn check(file: Option<&Path>, robot: &Robot) -> Check {
+    let description = &robot.description;
+    let task = &description.task.reference;
+    let demands = demand::demand(&robot.model, task);
+    let active = description.joints.iter().skip(description.joints.len() - ACTIVE);
+    let joints = active.zip(demands).enumerate().map(|(index, (joint, demand))| {
+        let (start, end) = (task.start()[index].to_degrees(), task.end()[index].to_degrees());
+        let limit = |quantity, unit, needed, allowed| Limit { quantity, unit, needed, allowed };
+        JointCheck {
+            name: joint.name.clone(),
+            task_deg: [start.min(end), start.max(end)],
+            limits_deg: joint.limits.position.map(f64::to_degrees),
+            limits: vec![
+                limit("velocity", "deg/s", demand.velocity.to_degrees(), joint.limits.velocity.to_degrees()),
+                limit("torque", "N m", demand.torque, joint.torque_limit),
+                limit("torque rate", "N m/s", demand.torque_rate, joint.torque_rate_limit),
+            ],
+        }
+    });
+    let bus = &description.bus;
+    let microseconds = |time: Duration| time.as_secs_f64() * 1e6;
+    let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
+    Check {
+        file: file.map_or_else(|| robot::BUILT_IN_NAME.to_owned(), |file| file.display().to_string()),
+        robot: description.name.clone(),
+        joints: joints.collect(),
+        bus: BusCheck {
+            bit_rate: bus.bit_rate.bits_per_second(),
+            cycle_us: microseconds(bus.time.cyclic),
+            worst_cycle_us: microseconds(bus.time.worst),
+            period_us: microseconds(description.period.duration()),
+            controller_heartbeat_ms: milliseconds(bus.controller_heartbeat),
+            controller_timeout_ms: milliseconds(bus.controller_timeout),
+            drive_heartbeat_ms: milliseconds(bus.drive_heartbeat),
+            drive_timeout_ms: milliseconds(bus.drive_timeout),
+        },
+    }
+}
+
+fn print(output: &mut impl Write, check: &Check) -> std::io::Result<()> {
+    writeln!(output, "{}: {}", check.file, check.robot)?;
+    for joint in &check.joints {
+        let ([from, to], [least, most]) = (joint.task_deg, joint.limits_deg);
+        writeln!(output, "  {}: {from:.1} to {to:.1} deg of {least:.1} to {most:.1}", joint.name)?;
+        for Limit { quantity, unit, needed, allowed } in &joint.limits {
+            let share = 100.0 * needed / allowed;
+            writeln!(output, "    {quantity:<12} {needed:>9.4} of {allowed:>9.4} {unit:<6} {share:>5.1} %")?;
+        }
+    }
+    let bus = &check.bus;
+    writeln!(
+        output,
+        "  bus: {:.0} us of each {:.0} us at {} bit/s, {:.0} us at worst",
+        bus.cycle_us, bus.period_us, bus.bit_rate, bus.worst_cycle_us
+    )?;
+    writeln!(
+        output,
+        "  heartbeats: controller every {:.0} ms, drives brake after {:.0} ms; drives every {:.0} ms, the run ends after {:.0} ms",
+        bus.controller_heartbeat_ms, bus.controller_timeout_ms, bus.drive_heartbeat_ms, bus.drive_timeout_ms
+    )?;
+    writeln!(output, "  the task is within the limits of its joints")
+}

@@ -1,0 +1,210 @@
+//! What a motion asks of the active joints, held against what the robot file allows them: before anything moves.
+
+use dem_model::ThreeLinkDem;
+use hinf_control::QuinticReference;
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::error::{Checker, RobotError};
+use crate::dimensions::{ACTIVE, LoopRobot};
+
+/// In how many equal parts the motion is looked at: velocity and torque of a quintic change by less than a per cent from one
+/// to the next.
+const SAMPLES: u16 = 1000;
+/// The base's angular momentum in a motion from rest, kg·m²/s.
+const NO_MOMENTUM: f64 = 0.0;
+
+/// The most that a motion asks of one active joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Demand {
+    /// Largest velocity either way, rad/s.
+    pub velocity: f64,
+    /// Largest acceleration either way, rad/s².
+    pub acceleration: f64,
+    /// Largest torque either way, N·m: F̄ of the nominal model on a base without momentum, so without friction and disturbance.
+    pub torque: f64,
+    /// Largest change of that torque, N·m/s.
+    pub torque_rate: f64,
+}
+
+/// What `motion` asks of each active joint of the nominal `model`.
+pub fn demand(model: &ThreeLinkDem<f64>, motion: &QuinticReference<f64, ACTIVE>) -> [Demand; ACTIVE] {
+    let step = motion.duration() / f64::from(SAMPLES);
+    let mut most = [Demand::default(); ACTIVE];
+    let mut torque_before = None;
+    for sample in 0..=SAMPLES {
+        let reference = motion.at(f64::from(sample) * step);
+        let q = Vector3::new(0.0, reference.position.x, reference.position.y);
+        let torque = model.reduced(&q, &reference.velocity).arm_torque(
+            &reference.acceleration,
+            &reference.velocity,
+            NO_MOMENTUM,
+        );
+        let change = torque_before.map_or_else(Default::default, |before| torque - before);
+        torque_before = Some(torque);
+        for (joint, most) in most.iter_mut().enumerate() {
+            *most = Demand {
+                velocity: most.velocity.max(reference.velocity[joint].abs()),
+                acceleration: most.acceleration.max(reference.acceleration[joint].abs()),
+                torque: most.torque.max(torque[joint].abs()),
+                torque_rate: most.torque_rate.max((change[joint] / step).abs()),
+            };
+        }
+    }
+    most
+}
+
+/// Where a motion comes from, so that an error can name what to change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// What sets its first posture, deg.
+    pub start: &'static str,
+    /// What sets its last posture, deg.
+    pub end: &'static str,
+    /// What sets its duration, s.
+    pub duration: &'static str,
+}
+
+/// The motion of the robot file's task.
+pub const TASK: Source = Source { start: "task.start_deg", end: "task.end_deg", duration: "task.duration_s" };
+
+/// Refuses a motion that the limits of the active joints forbid: its postures, its velocity, the torque that the nominal
+/// model needs for it and how fast that torque changes. A quintic never leaves the range between its ends.
+///
+/// # Errors
+/// [`RobotError::Field`] names what sets the motion, the joint, and the limit.
+pub fn check(
+    robot: &LoopRobot,
+    model: &ThreeLinkDem<f64>,
+    motion: &QuinticReference<f64, ACTIVE>,
+    source: Source,
+    check: &Checker<'_>,
+) -> Result<[Demand; ACTIVE], RobotError> {
+    let demands = demand(model, motion);
+    let passive = robot.joints.len() - ACTIVE;
+    for (active, (joint, demand)) in robot.joints.iter().skip(passive).zip(&demands).enumerate() {
+        let limits = format!("joints[{}].limits", active + passive);
+        let [least, most] = joint.limits.position;
+        for (field, posture) in [(source.start, motion.start()), (source.end, motion.end())] {
+            let angle = posture[active];
+            if !(least..=most).contains(&angle) {
+                let expected = format!(
+                    "{:.1} to {:.1}: {limits}.minimum_deg and .maximum_deg of {}",
+                    least.to_degrees(),
+                    most.to_degrees(),
+                    joint.name
+                );
+                return Err(check.refuse(format!("{field}[{active}]"), rounded(angle.to_degrees()), expected));
+            }
+        }
+        let asked = [
+            (
+                "velocity",
+                demand.velocity.to_degrees(),
+                joint.limits.velocity.to_degrees(),
+                "velocity_deg_per_s",
+                "deg/s",
+            ),
+            ("torque", demand.torque, joint.torque_limit, "torque_nm", "N m"),
+            ("torque rate", demand.torque_rate, joint.torque_rate_limit, "torque_rate_nm_per_s", "N m/s"),
+        ];
+        for (what, asked, allowed, field, unit) in asked {
+            if asked > allowed {
+                let expected = format!(
+                    "a motion within {limits}.{field} = {allowed}: {} would need a {what} of {} {unit}",
+                    joint.name,
+                    rounded(asked)
+                );
+                return Err(check.refuse(source.duration, motion.duration(), expected));
+            }
+        }
+    }
+    Ok(demands)
+}
+
+/// To three digits behind the point, without zeros at the end.
+fn rounded(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::robot::overrides::Overrides;
+    use crate::robot::{BUILT_IN, Robot};
+
+    fn with(from: &str, to: &str) -> Result<Robot, String> {
+        assert!(BUILT_IN.contains(from), "{from}");
+        let text = BUILT_IN.replace(from, to);
+        Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_posture_outside_the_limits_is_refused_with_joint_and_limit() {
+        let message = with("end_deg = [80.0, 60.0]", "end_deg = [80.0, 171.0]").unwrap_err();
+        assert!(message.starts_with("test.toml: task.end_deg[1] = 171: expected -170.0 to 170.0: "), "{message}");
+        assert!(message.contains("joints[2].limits") && message.ends_with("of joint 3"), "{message}");
+        let message = with("start_deg = [20.0, 20.0]", "start_deg = [-170.5, 20.0]").unwrap_err();
+        assert!(message.contains("task.start_deg[0] = -170.5") && message.contains("joints[1].limits"), "{message}");
+        assert!(with("end_deg = [80.0, 60.0]", "end_deg = [80.0, 170.0]").is_ok());
+    }
+
+    /// A quintic's peak velocity is 15/8 of its mean: 60 deg in 3 s are 37.5 deg/s.
+    #[test]
+    fn a_task_that_is_too_fast_is_refused() {
+        let limits = |velocity: f64| {
+            let text = BUILT_IN.replace("velocity_deg_per_s = 360.0", &format!("velocity_deg_per_s = {velocity}"));
+            Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).map_err(|error| error.to_string())
+        };
+        assert!(limits(37.6).is_ok());
+        let message = limits(37.4).unwrap_err();
+        assert!(message.contains("task.duration_s = 3: expected a motion within"), "{message}");
+        assert!(
+            message.contains("velocity_deg_per_s = 37.4: joint 2 would need a velocity of 37.5 deg/s"),
+            "{message}"
+        );
+    }
+
+    /// The peak velocity of a quintic is 15/8 of travel over duration, its peak acceleration 10/√3 of travel over duration squared.
+    #[test]
+    fn the_demand_of_the_papers_task_is_that_of_its_equations() {
+        let robot = Robot::load(None).unwrap();
+        let [joint_2, joint_3] = demand(&robot.model, &robot.description.task.reference);
+        let peak = |travel: f64| 10.0 / 3.0_f64.sqrt() * travel.to_radians() / 9.0;
+        for (found, expected) in [
+            (joint_2.velocity, (15.0 / 8.0 * 60.0 / 3.0_f64).to_radians()),
+            (joint_3.velocity, (15.0 / 8.0 * 40.0 / 3.0_f64).to_radians()),
+            (joint_2.acceleration, peak(60.0)),
+            (joint_3.acceleration, peak(40.0)),
+        ] {
+            assert!((found / expected - 1.0).abs() < 1e-5, "{found} for {expected}");
+        }
+        // The same by the full dynamics, of which nothing is reduced: the base's acceleration is the one at which the base
+        // needs no torque, and its velocity the one at which there is no momentum.
+        let mut most = [0.0_f64; 2];
+        for step in 0..=3000 {
+            let motion = robot.description.task.reference.at(f64::from(step) * 1e-3);
+            let q = Vector3::new(0.0, motion.position.x, motion.position.y);
+            let with_base = |base: f64, joints: nalgebra::Vector2<f64>| Vector3::new(base, joints.x, joints.y);
+            let momentum = |base| robot.model.angular_momentum(&q, &with_base(base, motion.velocity));
+            let velocity = with_base(-momentum(0.0) / (momentum(1.0) - momentum(0.0)), motion.velocity);
+            let torque = |base| robot.model.inverse_dynamics(&q, &velocity, &with_base(base, motion.acceleration));
+            let base = -torque(0.0).x / (torque(1.0).x - torque(0.0).x);
+            let needed = torque(base);
+            assert!(needed.x.abs() < 1e-12);
+            most = [most[0].max(needed.y.abs()), most[1].max(needed.z.abs())];
+        }
+        assert!((joint_2.torque / most[0] - 1.0).abs() < 1e-4, "{} for {}", joint_2.torque, most[0]);
+        assert!((joint_3.torque / most[1] - 1.0).abs() < 1e-4, "{} for {}", joint_3.torque, most[1]);
+    }
+
+    #[test]
+    fn a_torque_that_the_joint_has_not_is_refused() {
+        let message = with("limits = { torque_nm = 0.2, ", "limits = { torque_nm = 0.003, ").unwrap_err();
+        assert!(message.contains("torque_nm = 0.003: joint 2 would need a torque of"), "{message}");
+        let message = with("torque_rate_nm_per_s = 100.0", "torque_rate_nm_per_s = 0.01").unwrap_err();
+        assert!(message.contains("torque_rate_nm_per_s = 0.01: joint 2 would need a torque rate of"), "{message}");
+    }
+}
