@@ -8,6 +8,10 @@ use super::{DRIVEN_NODE, INTERFACE, NODES};
 
 /// NMT commands (CiA 301, 7.2.8.3.1).
 pub const NMT: u16 = 0x000;
+/// The NMT command *start remote node*.
+const NMT_START: u8 = 0x01;
+/// The NMT command *reset node*.
+const NMT_RESET_NODE: u8 = 0x81;
 /// The NMT command *stop remote node*.
 pub const NMT_STOP: u8 = 0x02;
 /// Emergency messages: base, plus node.
@@ -17,7 +21,7 @@ pub const RPDO1: u16 = 0x200;
 /// SDO answers: base, plus node.
 const SDO_ANSWER: u16 = 0x580;
 /// SDO requests: base, plus node.
-const SDO_REQUEST: u16 = 0x600;
+pub const SDO_REQUEST: u16 = 0x600;
 /// Heartbeats: base, plus node.
 pub const HEARTBEAT: u16 = 0x700;
 /// The heartbeat of a node that has just booted.
@@ -174,7 +178,22 @@ impl Bus {
         self.send(EMERGENCY + u16::from(node), &[low, high, GENERIC_ERROR, 0, 0, 0, 0, 0]);
     }
 
-    fn send(&self, id: u16, data: &[u8]) {
+    /// Resets a node, as another master would (CiA 301, 7.2.8.3.1.4).
+    pub fn reset(&self, node: u8) {
+        self.send(NMT, &[NMT_RESET_NODE, node]);
+    }
+
+    /// True if no drive holds its brake open, and no joint moves. Drives that a master has left in *Stopped* answer no SDO:
+    /// they are brought back to *Operational* first, which leaves their power stages as they are.
+    pub fn all_have_braked(&self) -> bool {
+        self.send(NMT, &[NMT_START, 0]);
+        let before = NODES.map(|node| self.position(node));
+        std::thread::sleep(Duration::from_millis(50));
+        NODES.iter().all(|node| !self.is_enabled(*node)) && before == NODES.map(|node| self.position(node))
+    }
+
+    /// Sends any frame.
+    pub fn send(&self, id: u16, data: &[u8]) {
         let frame = CanDataFrame::new(StandardId::new(id).unwrap(), data).unwrap();
         self.0.write_frame(&frame).unwrap();
     }

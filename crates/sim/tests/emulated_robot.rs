@@ -22,7 +22,7 @@ fn states(master: &Master<InProcessLink<DemPlant, VirtualClock>>) -> [PowerState
 /// The emergency codes among frames, with their nodes.
 fn emergencies(frames: &[(uarm_io::frame::Frame, Instant)]) -> Vec<(u8, u16)> {
     let code = |frame: &uarm_io::frame::Frame| match Channel::of(frame.id()) {
-        Some(Channel::Emergency(node)) => Some((node.raw(), wire::decode_emergency(frame.data()).unwrap().error_code)),
+        Some(Channel::Emergency(node)) => Some((node.raw(), wire::decode_emergency(frame.data()).error_code)),
         _ => None,
     };
     frames.iter().filter_map(|(frame, _)| code(frame)).collect()

@@ -185,7 +185,7 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
     /// Tells in words what a drive has to say about itself.
     fn note_emergency(&mut self, record: &FrameRecord) -> McapResult<()> {
         let Some(Channel::Emergency(node)) = Channel::of(record.frame.id()) else { return Ok(()) };
-        let Ok(message) = decode_emergency(record.frame.data()) else { return Ok(()) };
+        let message = decode_emergency(record.frame.data());
         let severity = if message.is_error_reset() { Severity::Info } else { Severity::Warning };
         self.note(severity, &format!("node {} reports: {}", node.raw(), Emergency(message)))
     }

@@ -8,6 +8,7 @@
 mod blocking;
 mod configuration;
 mod cycle;
+mod disturbance;
 mod error;
 mod health;
 mod master;
@@ -20,6 +21,7 @@ pub use configuration::{
     ReadBack, Setting, Settings, SyncPayload, Timeouts,
 };
 pub use cycle::Feedback;
+pub use disturbance::Disturbance;
 pub use error::{CycleError, Emergency, Expected, NodeSet, SdoError, StartError};
 pub use health::{NetworkHealth, NodeHealth};
 pub use master::DriveNetwork;

@@ -15,7 +15,7 @@
 use super::cia402::{Controlword, Statusword};
 use super::objects::{CONTROLWORD, Object, POSITION_ACTUAL, STATUSWORD, TARGET_TORQUE};
 use crate::frame::Frame;
-use canopen_rs::{MappingEntry, NmtCommand, NmtState, TransmissionType, emcy, nmt, sdo, sync};
+use canopen_rs::{ErrorRegister, MappingEntry, NmtCommand, NmtState, TransmissionType, emcy, nmt, sdo, sync};
 use core::fmt;
 use embedded_can::StandardId;
 
@@ -292,12 +292,16 @@ pub fn emergency_frame(node: NodeId, message: &EmergencyMessage) -> Frame {
     Frame::with(Channel::Emergency(node).identifier(), message.encode())
 }
 
-/// Reads an emergency message.
-///
-/// # Errors
-/// [`PayloadError::Length`] unless there are eight bytes.
-pub fn decode_emergency(data: &[u8]) -> Result<EmergencyMessage, PayloadError> {
-    EmergencyMessage::decode(data).map_err(|_| PayloadError::Length { expected: 8, found: data.len() })
+/// Reads an emergency message of any length: CiA 301 says eight bytes, and drives that leave the maker's out exist. Bytes
+/// that are missing are 0; one too short for its error code is a generic error, for it is no *error reset* either.
+pub fn decode_emergency(data: &[u8]) -> EmergencyMessage {
+    let mut bytes = [0; 8];
+    for (byte, sent) in bytes.iter_mut().zip(data) {
+        *byte = *sent;
+    }
+    let [low, high, register, maker @ ..] = bytes;
+    let error_code = if data.len() < 2 { emcy::error_code::GENERIC } else { u16::from_le_bytes([low, high]) };
+    EmergencyMessage::new(error_code, ErrorRegister(register), maker)
 }
 
 /// An SDO request to `node`.

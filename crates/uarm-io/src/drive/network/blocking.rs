@@ -1,8 +1,9 @@
 //! Waiting and SDO transfers, for start and stop.
 
 use super::configuration::Setting;
+use super::disturbance::Disturbance;
 use super::error::{Expected, SdoError};
-use super::master::DriveNetwork;
+use super::master::{DriveNetwork, Stage};
 use super::receive::Event;
 use crate::drive::cia402::Statusword;
 use crate::drive::objects::{Object, STATUSWORD};
@@ -18,6 +19,16 @@ pub(super) struct Blocking<'a, L: Link, C, const JOINTS: usize> {
     pub(super) clock: &'a C,
     /// How often an SDO request is made before silence is an error.
     pub(super) sdo_attempts: u8,
+    pub(super) heed: Heed,
+}
+
+/// What a [`Disturbance`](super::Disturbance) does to waiting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Heed {
+    /// It ends it: there is no point in going on with a start.
+    Disturbance,
+    /// Nothing: a stop goes on whatever happens.
+    Nothing,
 }
 
 /// Command specifiers of SDO responses (CiA 301): the upper three bits of the first byte.
@@ -33,10 +44,11 @@ const MOST_EXCHANGES: u8 = 8;
 impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
     pub(super) fn new(network: &'a mut DriveNetwork<L, JOINTS>, clock: &'a C) -> Self {
         let sdo_attempts = network.configuration.timeouts.sdo_attempts.max(1);
-        Self { network, clock, sdo_attempts }
+        Self { network, clock, sdo_attempts, heed: Heed::Disturbance }
     }
 
-    /// Reads frames until one is `wanted` or `deadline` passes; sends the master's heartbeats meanwhile.
+    /// Reads frames until one is `wanted`, `deadline` passes or the bus is disturbed; sends the master's heartbeats
+    /// meanwhile.
     pub(super) fn wait<R>(
         &mut self,
         deadline: Instant,
@@ -56,6 +68,9 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
                     if let Some(result) = wanted(&event) {
                         return Ok(Some(result));
                     }
+                    if self.undisturbed().is_err() {
+                        return Ok(None);
+                    }
                     overtime += u32::from(now > deadline);
                     if overtime > OVERTIME_FRAMES {
                         return Ok(None);
@@ -64,6 +79,14 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
                 None if wake >= deadline => return Ok(None),
                 None => {}
             }
+        }
+    }
+
+    /// An error if the bus was disturbed and that matters here.
+    pub(super) fn undisturbed(&self) -> Result<(), Disturbance> {
+        match self.heed {
+            Heed::Disturbance => self.network.undisturbed(),
+            Heed::Nothing => Ok(()),
         }
     }
 
@@ -144,8 +167,11 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
         begin: impl Fn(&mut SdoClient) -> SdoPayload,
     ) -> Result<Option<Value>, SdoError<L::Error>> {
         let attempts = self.sdo_attempts;
+        self.address(node);
         for _ in 0..attempts {
-            if let Some(outcome) = self.attempt(node, object, expected, &begin)? {
+            let outcome = self.attempt(node, object, expected, &begin)?;
+            self.undisturbed().map_err(SdoError::Disturbed)?;
+            if let Some(outcome) = outcome {
                 return Ok(outcome);
             }
             // The drive may still wait for the rest of a transfer: free it.
@@ -154,6 +180,14 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
         }
         let waited = self.network.configuration.timeouts.sdo;
         Err(SdoError::Timeout { node: node.raw(), object, waited, attempts })
+    }
+
+    /// Emergencies from before the first SDO to a drive were about its past, such as a heartbeat lost in the last run.
+    fn address(&mut self, node: NodeId) {
+        if let Some(node) = self.network.node_mut(node).filter(|node| node.stage != Stage::Addressed) {
+            node.stage = Stage::Addressed;
+            node.alarm = None;
+        }
     }
 
     /// One transfer; `None` after silence.

@@ -4,7 +4,7 @@ use super::configuration::EmergencyReaction;
 use super::error::{CycleError, NodeSet};
 use super::master::{DriveNetwork, Node};
 use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
-use crate::drive::wire::{self, DriveCommand, SyncCounter};
+use crate::drive::wire::{self, DriveCommand, EmergencyMessage, SyncCounter};
 use crate::link::Link;
 use crate::time::{Duration, Instant};
 use canopen_rs::NmtState;
@@ -27,9 +27,10 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// this SYNC. Returns when it was handed to the link.
     ///
     /// # Errors
-    /// [`CycleError::Link`].
+    /// [`CycleError::Link`], [`CycleError::Disturbed`].
     pub fn sync(&mut self) -> Result<Instant, CycleError<L::Error>> {
         self.drain()?;
+        self.undisturbed().map_err(CycleError::Disturbed)?;
         for node in &mut self.nodes {
             node.fresh = None;
             node.missed = false;
@@ -46,7 +47,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// Takes in the drives' feedback, until all of it is here or `deadline` passes, and supervises the drives.
     ///
     /// # Errors
-    /// The first of: [`CycleError::Link`]; an emergency, if the configuration says so; a drive that is not in
+    /// The first of: [`CycleError::Link`]; [`CycleError::Disturbed`]; an emergency, if the configuration says so; a drive that is not in
     /// *Operation enabled*; missing feedback.
     pub fn collect(&mut self, deadline: Instant) -> Result<Feedback<JOINTS>, CycleError<L::Error>> {
         while self.nodes.iter().any(|node| node.fresh.is_none()) {
@@ -61,6 +62,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
                 None => break,
             }
         }
+        self.undisturbed().map_err(CycleError::Disturbed)?;
         self.alarms()?;
         self.enabled()?;
         self.feedback()
@@ -89,10 +91,12 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// and supervises heartbeats, NMT states and emergencies.
     ///
     /// # Errors
-    /// [`CycleError::Link`], [`CycleError::Emergency`], [`CycleError::NotOperational`], [`CycleError::Lost`].
+    /// [`CycleError::Link`], [`CycleError::Disturbed`], [`CycleError::Emergency`], [`CycleError::NotOperational`],
+    /// [`CycleError::Lost`].
     pub fn housekeeping(&mut self, now: Instant) -> Result<(), CycleError<L::Error>> {
         self.produce_heartbeat(now)?;
         self.drain()?;
+        self.undisturbed().map_err(CycleError::Disturbed)?;
         self.alarms()?;
         let limit = self.configuration.heartbeats.drive_timeout();
         for Node { health, .. } in &self.nodes {
@@ -109,13 +113,18 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
 
     /// The first emergency that was not reported yet.
     fn alarms(&mut self) -> Result<(), CycleError<L::Error>> {
-        for node in &mut self.nodes {
-            if let (Some(message), EmergencyReaction::Stop) = (node.alarm.take(), self.configuration.emergency_reaction)
-            {
-                return Err(CycleError::Emergency { node: node.health.node, message });
-            }
+        match self.take_alarm() {
+            Some((node, message)) => Err(CycleError::Emergency { node, message }),
+            None => Ok(()),
         }
-        Ok(())
+    }
+
+    /// The first emergency that was not reported yet and has to be, and the node id of the drive that sent it.
+    pub(super) fn take_alarm(&mut self) -> Option<(u8, EmergencyMessage)> {
+        if self.configuration.emergency_reaction == EmergencyReaction::Record {
+            return None;
+        }
+        self.nodes.iter_mut().find_map(|node| Some((node.health.node, node.alarm.take()?)))
     }
 
     /// An error for the first drive whose feedback says that it is not in *Operation enabled*.

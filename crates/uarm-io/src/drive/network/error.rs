@@ -1,5 +1,6 @@
 //! What can go wrong between master and drives; each error says which node, what was found and what was expected.
 
+use super::disturbance::Disturbance;
 use crate::drive::cia402::{PowerState, Statusword};
 use crate::drive::words::{self, Named, Shown};
 use canopen_rs::{Address, EmergencyMessage, NmtState, Value};
@@ -12,6 +13,9 @@ pub enum SdoError<E> {
     /// The link failed.
     #[error("the CAN link failed")]
     Link(#[from] E),
+    /// The bus was disturbed meanwhile.
+    #[error("{0}")]
+    Disturbed(Disturbance),
     /// The drive did not answer.
     #[error("node {node} did not answer for {} in {waited:?}, {attempts} times", Named(*.object))]
     Timeout {
@@ -72,6 +76,17 @@ pub enum StartError<E> {
     /// The link failed.
     #[error("the CAN link failed")]
     Link(#[from] E),
+    /// A drive booted anew.
+    #[error("{0}")]
+    Disturbed(Disturbance),
+    /// A drive reported an emergency after it was addressed, and did not say that it is over.
+    #[error("node {node} reports an emergency: {}", Emergency(*.message))]
+    Emergency {
+        /// The drive's node id.
+        node: u8,
+        /// The emergency message.
+        message: EmergencyMessage,
+    },
     /// An object could not be read or written.
     #[error(transparent)]
     Sdo(SdoError<E>),
@@ -145,6 +160,7 @@ impl<E> From<SdoError<E>> for StartError<E> {
     fn from(error: SdoError<E>) -> Self {
         match error {
             SdoError::Link(error) => Self::Link(error),
+            SdoError::Disturbed(disturbance) => Self::Disturbed(disturbance),
             error => Self::Sdo(error),
         }
     }
@@ -157,6 +173,9 @@ pub enum CycleError<E> {
     /// The link failed.
     #[error("the CAN link failed")]
     Link(#[from] E),
+    /// A drive booted anew.
+    #[error("{0}")]
+    Disturbed(Disturbance),
     /// Feedback did not come in time.
     #[error("no feedback of node {missing} by the deadline, expected that of all {joints} drives")]
     Missing {
@@ -193,7 +212,7 @@ pub enum CycleError<E> {
         /// Time borne.
         limit: Duration,
     },
-    /// A drive left NMT Operational, or booted anew ([`NmtState::Initialising`]).
+    /// A drive left NMT Operational.
     #[error("node {node} reports {}, expected NMT Operational", OptionalState(Some(*.found)))]
     NotOperational {
         /// The drive's node id.

@@ -1,6 +1,7 @@
 //! The master: what it holds, and the sending that all its parts share.
 
 use super::configuration::NetworkConfiguration;
+use super::disturbance::Disturbance;
 use super::health::{NetworkHealth, NodeHealth};
 use crate::drive::cia402::Controlword;
 use crate::drive::wire::{self, DriveCommand, DriveFeedback, EmergencyMessage, SyncCounter};
@@ -19,12 +20,15 @@ pub struct DriveNetwork<L: Link, const JOINTS: usize> {
     pub(super) sync_at: Instant,
     pub(super) next_heartbeat: Instant,
     pub(super) traffic: Traffic,
+    /// The first since the last start.
+    pub(super) disturbance: Option<Disturbance>,
 }
 
 /// One drive as the master sees it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     pub(super) id: NodeId,
+    pub(super) stage: Stage,
     /// Its feedback for the last SYNC.
     pub(super) fresh: Option<DriveFeedback>,
     /// The deadline for that feedback has passed without it.
@@ -34,6 +38,17 @@ pub(super) struct Node {
     /// The last controlword sent.
     pub(super) controlword: Controlword,
     pub(super) health: NodeHealth,
+}
+
+/// How far a start has come with a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stage {
+    /// No boot-up message came since the reset, or there was no reset yet.
+    Unknown,
+    /// It has booted and waits for its settings.
+    Booted,
+    /// The first SDO request was sent to it: from here on a boot-up message means that settings are lost.
+    Addressed,
 }
 
 /// Frames counted for the whole network.
@@ -50,6 +65,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     pub fn new(link: L, configuration: NetworkConfiguration<JOINTS>) -> Self {
         let nodes = configuration.drives().each_ref().map(|drive| Node {
             id: drive.node,
+            stage: Stage::Unknown,
             fresh: None,
             missed: false,
             alarm: None,
@@ -64,6 +80,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             sync_at: Instant::default(),
             next_heartbeat: Instant::default(),
             traffic: Traffic::default(),
+            disturbance: None,
         }
     }
 
@@ -116,6 +133,11 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
 
     pub(super) fn node_mut(&mut self, id: NodeId) -> Option<&mut Node> {
         self.nodes.iter_mut().find(|node| node.id == id)
+    }
+
+    /// An error if something happened that must not.
+    pub(super) fn undisturbed(&self) -> Result<(), Disturbance> {
+        self.disturbance.map_or(Ok(()), Err)
     }
 
     /// Sends the master's heartbeat if it is due.

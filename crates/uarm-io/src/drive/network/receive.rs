@@ -1,7 +1,9 @@
 //! The one place where frames from the drives are read.
 
+use super::disturbance::Disturbance;
 use super::health::arrived;
-use super::master::{DriveNetwork, Node};
+use super::master::{DriveNetwork, Node, Stage};
+use crate::drive::cia402::{Command, Controlword};
 use crate::drive::wire::{self, Channel, DriveFeedback, EmergencyMessage};
 use crate::link::{Link, Received};
 use crate::time::Instant;
@@ -43,16 +45,19 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             Channel::Heartbeat(_) => {
                 wire::decode_heartbeat(received.frame.data()).map(|state| node.heartbeat(state, received.at))
             }
-            Channel::Emergency(_) => {
-                wire::decode_emergency(received.frame.data()).map(|message| node.emergency(message))
-            }
+            Channel::Emergency(_) => Ok(node.emergency(wire::decode_emergency(received.frame.data()))),
             Channel::SdoResponse(id) => wire::decode_sdo(received.frame.data()).map(|payload| Event::Sdo(id, payload)),
             Channel::NmtCommand | Channel::Sync | Channel::Rpdo1(_) | Channel::SdoRequest(_) => Ok(Event::Nothing),
         };
-        read.unwrap_or_else(|_| {
+        let event = read.unwrap_or_else(|_| {
             node.health.malformed += 1;
             Event::Nothing
-        })
+        });
+        if let Event::Heartbeat(_, NmtState::Initialising) = event {
+            let disturbance = node.boot_up();
+            self.disturbance = self.disturbance.or(disturbance);
+        }
+        event
     }
 
     /// The channel of a frame and the drive that sent it; `None` if none of ours can have.
@@ -103,11 +108,23 @@ impl Node {
         Event::Heartbeat(self.id, state)
     }
 
+    /// Takes note of a boot-up message, which is a disturbance once the drive has got settings.
+    fn boot_up(&mut self) -> Option<Disturbance> {
+        if self.stage == Stage::Addressed {
+            return Some(Disturbance::Rebooted { node: self.health.node });
+        }
+        self.stage = Stage::Booted;
+        None
+    }
+
+    /// An error that is over before the drive is enabled was part of its start; after that each one counts.
     fn emergency(&mut self, message: EmergencyMessage) -> Event {
         self.health.emergencies += 1;
         if !message.is_error_reset() {
             self.health.last_emergency = Some(message);
             self.alarm = Some(message);
+        } else if self.controlword != Controlword::of(Command::EnableOperation) {
+            self.alarm = None;
         }
         Event::Emergency
     }

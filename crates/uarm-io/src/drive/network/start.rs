@@ -3,12 +3,13 @@
 use super::blocking::Blocking;
 use super::configuration::{DriveConfiguration, ReadBack, Setting};
 use super::error::{SdoError, StartError};
-use super::master::{DriveNetwork, new_counter};
+use super::master::{DriveNetwork, Stage, new_counter};
+use super::receive::Event;
 use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
 use crate::drive::objects::{self, Object};
 use crate::drive::wire::{self, DriveCommand};
 use crate::link::Link;
-use crate::time::{Clock, Duration};
+use crate::time::{Clock, Duration, Instant};
 use canopen_rs::{NmtCommand, NmtState, NodeId, Value};
 
 /// What the drives said of themselves at start, joint 1 first.
@@ -68,12 +69,14 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
             for node in self.nodes() {
                 self.bring_to(node, wanted)?;
             }
+            self.unalarmed()?;
         }
         for node in self.nodes() {
             let expected = Value::Integer8(objects::CYCLIC_SYNCHRONOUS_TORQUE);
             self.compare(node, &objects::MODE_OF_OPERATION_DISPLAY, expected)?;
         }
-        self.forget_alarms();
+        self.unalarmed()?;
+        self.forget_feedback();
         Ok(Started { drives })
     }
 
@@ -81,19 +84,31 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     fn boot(&mut self) -> Outcome<(), L> {
         for node in &mut self.network.nodes {
             node.health.nmt_state = None;
+            node.stage = Stage::Unknown;
         }
+        self.network.disturbance = None;
         for node in self.nodes() {
             self.network.send(&wire::nmt_frame(NmtCommand::ResetCommunication, node))?;
         }
         let waited = self.network.configuration.timeouts.boot;
         let deadline = self.clock.now() + waited;
         for node in self.nodes() {
-            let booted = |state| matches!(state, NmtState::Initialising | NmtState::PreOperational);
-            if !self.reports(node, deadline, booted)? {
+            if !self.booted(node, deadline)? {
                 return Err(StartError::NoBootUp { node: node.raw(), waited });
             }
         }
         Ok(())
+    }
+
+    /// Waits for the boot-up message of `node`; false if `deadline` passes first. A heartbeat does not count: it may have
+    /// been under way when the drive was reset, and the boot-up message would then come after the first settings.
+    fn booted(&mut self, node: NodeId, deadline: Instant) -> Outcome<bool, L> {
+        if self.network.node_mut(node).is_some_and(|node| node.stage == Stage::Booted) {
+            return Ok(true);
+        }
+        let seen =
+            self.wait(deadline, |event| (*event == Event::Heartbeat(node, NmtState::Initialising)).then_some(()))?;
+        Ok(seen.is_some())
     }
 
     /// Writes and checks everything in one drive.
@@ -211,10 +226,18 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         StartError::NotReached { node: node.raw(), expected, found, waited, emergency }
     }
 
-    /// Emergencies before *Operation enabled* were part of starting, such as that of a heartbeat lost in the last run.
-    fn forget_alarms(&mut self) {
+    /// An error if the bus was disturbed, or for an emergency of a drive since it was addressed.
+    fn unalarmed(&mut self) -> Outcome<(), L> {
+        self.undisturbed().map_err(StartError::Disturbed)?;
+        match self.network.take_alarm() {
+            Some((node, message)) => Err(StartError::Emergency { node, message }),
+            None => Ok(()),
+        }
+    }
+
+    /// Feedback before the first SYNC is none.
+    fn forget_feedback(&mut self) {
         for node in &mut self.network.nodes {
-            node.alarm = None;
             node.fresh = None;
             node.missed = false;
         }

@@ -1,6 +1,6 @@
 //! From any state to brakes closed, as well as it can be done.
 
-use super::blocking::Blocking;
+use super::blocking::{Blocking, Heed};
 use super::master::DriveNetwork;
 use crate::drive::cia402::{Command, Controlword, PowerState};
 use crate::drive::wire::{self, DriveCommand};
@@ -61,6 +61,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     pub(super) fn stop(&mut self) -> StopReport<JOINTS> {
         // A drive that does not answer must not hold up the others three times.
         self.sdo_attempts = 1;
+        self.heed = Heed::Nothing;
         let quick_stop = self.command_all(Command::QuickStop, |state| state != PowerState::OperationEnabled);
         let power_off = self.command_all(Command::DisableVoltage, |state| {
             matches!(state, PowerState::SwitchOnDisabled | PowerState::NotReadyToSwitchOn | PowerState::Fault)

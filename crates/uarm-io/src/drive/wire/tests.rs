@@ -84,6 +84,15 @@ fn commands_are_packed_as_their_mapping_says() {
     assert_eq!(&packed[..length], &command.encode());
 }
 
+#[test]
+fn an_emergency_too_short_for_its_code_is_no_error_reset() {
+    for data in [&[][..], &[0]] {
+        assert_eq!(decode_emergency(data).error_code, 0x1000);
+    }
+    assert!(decode_emergency(&[0, 0]).is_error_reset());
+    assert_eq!(decode_emergency(&[0x30, 0x81, 0x11]), EmergencyMessage::new(0x8130, ErrorRegister(0x11), [0; 5]));
+}
+
 proptest! {
     #[test]
     fn feedback_survives_the_wire(bits in any::<u16>(), position in any::<i32>(), node in node()) {
@@ -110,8 +119,10 @@ proptest! {
         if let Ok(command) = DriveCommand::decode(&data) {
             prop_assert_eq!(&command.encode()[..], &data[..]);
         }
-        if let Ok(message) = decode_emergency(&data) {
-            prop_assert_eq!(&message.encode()[..], &data[..]);
+        if data.len() >= 2 {
+            let whole = decode_emergency(&data).encode();
+            prop_assert_eq!(&whole[..data.len()], &data[..]);
+            prop_assert_eq!(&whole[data.len()..], &[0_u8; 8][data.len()..]);
         }
         if let Ok((command, target)) = decode_nmt(&data) {
             let frame = nmt_frame(command, target);

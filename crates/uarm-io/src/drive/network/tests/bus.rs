@@ -203,6 +203,8 @@ pub struct FakeBus {
     pub clock: VirtualClock,
     pub drives: Vec<FakeDrive>,
     pub sent: Vec<Frame>,
+    /// What somebody else sends when the master asks a node for an object, once.
+    pub meanwhile: Option<(u8, Address, Frame)>,
     /// Frames are stamped when they are read, not when they came.
     pub stamps_on_reading: bool,
     /// The link fails from here on.
@@ -231,6 +233,28 @@ impl FakeBus {
         self.queue.insert(position, Received { frame, at });
     }
 
+    /// What the others on the bus do when the master sends `frame`.
+    fn others(&mut self, frame: &Frame) {
+        let Some((node, object, answer)) = self.meanwhile else { return };
+        let request = Channel::of(frame.id()) == NodeId::new(node).ok().map(Channel::SdoRequest);
+        let [low, high] = object.index.to_le_bytes();
+        if request && frame.data()[1..4] == [low, high, object.subindex] {
+            self.meanwhile = None;
+            self.deliver(&answer);
+            self.inject(self.clock.now(), answer);
+        }
+    }
+
+    /// Gives a frame to the drives.
+    fn deliver(&mut self, frame: &Frame) {
+        let now = self.clock.now();
+        let alive = self.drives.iter_mut().filter(|drive| drive.alive(now));
+        let answers: Vec<(Duration, Frame)> = alive.flat_map(|drive| drive.on_frame(frame, now)).collect();
+        for (delay, answer) in answers {
+            self.inject(now + delay, answer);
+        }
+    }
+
     pub fn inject_emergency(&mut self, node: u8, code: u16) {
         let message = EmergencyMessage::new(code, canopen_rs::ErrorRegister(1), [0; 5]);
         self.inject(self.clock.now(), wire::emergency_frame(NodeId::new(node).unwrap(), &message));
@@ -253,18 +277,10 @@ impl Link for FakeBus {
         if self.down {
             return Err(Down);
         }
-        let now = self.clock.now();
         self.sent.push(*frame);
-        let answers: Vec<(Duration, Frame)> = self
-            .drives
-            .iter_mut()
-            .filter(|drive| drive.alive(now))
-            .flat_map(|drive| drive.on_frame(frame, now))
-            .collect();
-        for (delay, answer) in answers {
-            self.inject(now + delay, answer);
-        }
-        Ok(now)
+        self.others(frame);
+        self.deliver(frame);
+        Ok(self.clock.now())
     }
 
     /// Time goes on in steps of at most a millisecond, so that heartbeats come when they are due.

@@ -171,8 +171,15 @@ fn a_drive_that_boots_anew_is_noticed() {
     let boot_up = wire::heartbeat_frame(NodeId::new(2).unwrap(), NmtState::Initialising);
     network.link_mut().inject(now, boot_up);
     let error = cycle(&mut network, [0; 3]).unwrap_err();
-    assert_eq!(error, CycleError::NotOperational { node: 2, found: NmtState::Initialising });
-    assert_eq!(format!("{error}"), "node 2 reports a new start, expected NMT Operational");
+    assert_eq!(error, CycleError::Disturbed(Disturbance::Rebooted { node: 2 }));
+    assert!(format!("{error}").starts_with("node 2 booted anew: its settings and its watchdog are lost"), "{error}");
+    // Whatever else the drive reports later: no SYNC is sent any more.
+    let syncs = network.health().syncs;
+    assert_eq!(network.sync(), Err(CycleError::Disturbed(Disturbance::Rebooted { node: 2 })));
+    assert_eq!(network.health().syncs, syncs);
+    stop(&mut network);
+    start(&mut network).unwrap();
+    cycle(&mut network, [0; 3]).unwrap();
 }
 
 #[test]
@@ -186,6 +193,11 @@ fn emergencies_stop_or_are_recorded_as_configured() {
     network.link_mut().inject_emergency(1, 0);
     cycle(&mut network, [0; 3]).unwrap();
 
+    // Nor does one excuse the error before it: the drive was enabled when it came.
+    network.link_mut().inject_emergency(3, 0x2310);
+    network.link_mut().inject_emergency(3, 0);
+    assert!(matches!(cycle(&mut network, [0; 3]), Err(CycleError::Emergency { node: 3, .. })));
+
     let mut configuration = configuration();
     configuration.emergency_reaction = EmergencyReaction::Record;
     let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
@@ -193,6 +205,28 @@ fn emergencies_stop_or_are_recorded_as_configured() {
     network.link_mut().inject_emergency(1, 0x8130);
     cycle(&mut network, [0; 3]).unwrap();
     assert_eq!(network.health().nodes[0].last_emergency.unwrap().error_code, 0x8130);
+}
+
+/// Drives that leave out the maker's bytes, or more.
+#[test]
+fn an_emergency_of_any_length_stops() {
+    for length in 0..8 {
+        let mut network = started();
+        let now = network.link().clock.now();
+        let data = [0x10, 0x42, 0x09, 1, 2, 3, 4];
+        let id = wire::Channel::Emergency(NodeId::new(2).unwrap()).identifier();
+        network.link_mut().inject(now, Frame::new(id, &data[..length]).unwrap());
+        let error = cycle(&mut network, [0; 3]).unwrap_err();
+        assert!(matches!(error, CycleError::Emergency { node: 2, .. }), "{length} bytes: {error}");
+    }
+}
+
+#[test]
+fn an_emergency_between_start_and_the_first_sync_stops() {
+    let mut network = started();
+    network.link_mut().inject_emergency(2, 0x2310);
+    let error = cycle(&mut network, [0; 3]).unwrap_err();
+    assert!(matches!(error, CycleError::Emergency { node: 2, .. }), "{error}");
 }
 
 #[test]

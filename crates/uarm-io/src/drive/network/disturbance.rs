@@ -1,0 +1,27 @@
+//! What must not happen on the bus between a drive's set-up and its stop.
+
+use core::fmt;
+
+/// Why the drives cannot be relied on any more, whoever or whatever caused it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Disturbance {
+    /// A drive sent a boot-up message after it had been addressed: what was written to it is lost, its watchdog on the
+    /// master too.
+    Rebooted {
+        /// The drive's node id.
+        node: u8,
+    },
+}
+
+impl fmt::Display for Disturbance {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Rebooted { node } => write!(
+                formatter,
+                "node {node} booted anew: its settings and its watchdog are lost; was it reset by somebody, or its supply cut?"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for Disturbance {}
