@@ -48,6 +48,7 @@
 //! | [`record`], [`keyframe`] | what a cycle leaves behind; the whole inner state, frozen |
 //! | [`recording`] | from the loop to files: lock-free queues and a writer thread |
 //! | [`timing`], [`statistics`], [`outcome`] | latencies and their verdict; peaks; what came of a run |
+//! | [`stability`] | is the loop stable with its period, estimators and delay? |
 //! | [`robot`], [`network`] | the robot as types; what the CANopen master must know of it |
 //! | [`settings`], [`mod@choice`], [`dimensions`] | what a run does; choices by name; how joints are counted |
 //! | [`progress`], [`stop_request`] | how others look at a running loop, and end it |
@@ -79,6 +80,7 @@ pub mod run;
 pub mod schedule;
 pub mod settings;
 pub mod signal_path;
+pub mod stability;
 pub mod statistics;
 pub mod stop_request;
 pub mod task_clock;
