@@ -1,6 +1,7 @@
 //! A run on a simulated robot in virtual time: what `uarm run --virtual-time` does, in this process, without a log.
 
 use anyhow::Context;
+use uarm_io::drive::DriveNetwork;
 use uarm_loop::control_loop::LoopEnd;
 use uarm_loop::record::Recorder;
 use uarm_loop::run::{Observer, run};
@@ -33,10 +34,11 @@ pub fn simulate<R: Recorder<JOINTS, ACTIVE>>(
 ) -> anyhow::Result<(SimulatedEnd, R)> {
     let mut clock = VirtualClock::new();
     let link = InProcessLink::new(emulate(robot, plant, Pacing::WallClock)?, clock.clone());
+    let drives = DriveNetwork::new(link, robot.description.network_configuration()?);
     let mut controller = robot.controller(settings.law, settings.guard)?;
     let (progress, stop) = (Progress::default(), StopRequest::default());
     let observer = Observer { progress: &progress, stop: &stop };
-    let finished = run(&robot.description, settings, &mut controller, link, &mut clock, recorder, observer)?;
+    let finished = run(&robot.description, settings, &mut controller, drives, &mut clock, recorder, observer)?;
     let end = match finished.end {
         Ok(LoopEnd::Completed) => SimulatedEnd::Completed(Box::new(finished.outcome)),
         Ok(LoopEnd::Interrupted) => SimulatedEnd::Failed(anyhow::anyhow!("interrupted")),

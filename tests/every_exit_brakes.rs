@@ -12,6 +12,8 @@ use uarm::dimensions::{ACTIVE, JOINTS};
 use uarm::robot::Robot;
 use uarm::simulated_robot::PlantChoice;
 use uarm::simulated_robot::{SimulatedPlant, emulate};
+use uarm_io::drive::DriveNetwork;
+use uarm_io::drive::network::{CycleError, StartError};
 use uarm_io::drive::wire::Channel;
 use uarm_io::frame::Frame;
 use uarm_io::link::{Link, Received};
@@ -23,7 +25,7 @@ use uarm_loop::settings::Settings;
 use uarm_loop::stop_request::StopRequest;
 use uarm_sim::{Brake, DriveFault, InProcessError, InProcessLink, Joint, Pacing, VirtualClock};
 
-type Finished<R = NoRecorder> = run::Finished<InProcessError, R, JOINTS, ACTIVE>;
+type Finished<R = NoRecorder, E = InProcessError> = run::Finished<StartError<E>, CycleError<E>, R, JOINTS, ACTIVE>;
 
 /// SYNCs before something happens: well inside the motion.
 const IN_MOTION: usize = 400;
@@ -85,10 +87,14 @@ fn run_on<L: Link, R: Recorder<JOINTS, ACTIVE>>(
     clock: &mut VirtualClock,
     recorder: R,
     stop: &StopRequest,
-) -> run::Finished<L::Error, R, JOINTS, ACTIVE> {
+) -> Finished<R, L::Error>
+where
+    L::Error: 'static,
+{
+    let drives = DriveNetwork::new(link, robot.description.network_configuration().unwrap());
     let mut controller = robot.controller(settings.law, AdaptationGuard::None).unwrap();
     let observer = Observer { progress: &Progress::default(), stop };
-    run::run(&robot.description, settings, &mut controller, link, clock, recorder, observer).unwrap()
+    run::run(&robot.description, settings, &mut controller, drives, clock, recorder, observer).unwrap()
 }
 
 /// Runs an experiment in which `in_motion` happens.

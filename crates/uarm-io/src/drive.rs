@@ -1,4 +1,4 @@
-//! CiA 402 drives on CANopen: what both ends of the wire agree on, and the master that runs them.
+//! The robot's drives: CiA 402 on CANopen, what both ends of the wire agree on and the master that runs them.
 //!
 //! | module | subject |
 //! |---|---|
@@ -7,13 +7,16 @@
 //! | [`wire`] | identifiers and payloads of every frame |
 //! | [`words`] | abort and emergency codes in words |
 //! | [`network`] | the master: start, cycle, supervision, stop |
+//! | [`robot_drives`] | what the control loop needs of drives, whatever protocol they speak |
 
 pub mod cia402;
 pub mod network;
 pub mod objects;
+pub mod robot_drives;
 pub mod wire;
 pub mod words;
 
 pub use network::DriveNetwork;
+pub use robot_drives::RobotDrives;
 
 pub use canopen_rs::{Address, DataType, NmtCommand, NmtState, NodeId, Value};

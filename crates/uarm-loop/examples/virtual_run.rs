@@ -2,7 +2,7 @@
 
 use hinf_control::{BuildContext, ControllerSettings, Law, QuinticReference};
 use uarm_io::bus_time::{BitRate, BusTime};
-use uarm_io::drive::NodeId;
+use uarm_io::drive::{DriveNetwork, NodeId};
 use uarm_io::encoder::{CounterWidth, CountsPerRevolution, Direction, EncoderConfiguration, JumpLimit};
 use uarm_io::estimator::EstimatorConfiguration;
 use uarm_io::time::Duration;
@@ -108,13 +108,13 @@ fn main() -> Result<(), Failure> {
     let context = BuildContext::new(ThreeLinkDem::<f64>::table_2());
     let mut controller = ControllerSettings::default().build(Law::Adaptive, &context)?;
     let mut clock = VirtualClock::new();
-    let link = link(&robot, clock.clone())?;
+    let drives = DriveNetwork::new(link(&robot, clock.clone())?, robot.network_configuration()?);
     let settings = Settings::paper(Law::Adaptive);
 
     let (progress, stop) = (Progress::default(), StopRequest::default());
     let observer = Observer { progress: &progress, stop: &stop };
     // Starts the drives, runs the loop, and brakes whatever happened.
-    let finished = run(&robot, &settings, &mut controller, link, &mut clock, NoRecorder, observer)?;
+    let finished = run(&robot, &settings, &mut controller, drives, &mut clock, NoRecorder, observer)?;
 
     let outcome = &finished.outcome;
     println!("{:?} after {} cycles", finished.end?, outcome.timing.cycles);

@@ -1,12 +1,11 @@
 //! The hard loop: wait, read, estimate, control, limit, write, record.
 //!
-//! One source for every robot: it sees a [`Link`] and a [`Clock`], so that real drives on SocketCAN in real time and the
+//! One source for every robot: it sees [`RobotDrives`] and a [`Clock`], so that real drives on SocketCAN in real time and the
 //! simulated robot in virtual time run the same code, and the latter bit for bit the same each time. Nothing in here
 //! allocates, locks, logs, reads a file or panics.
 
 use uarm_io::drive::cia402::Statusword;
-use uarm_io::drive::network::{CycleError, DriveNetwork};
-use uarm_io::link::{Link, LinkError};
+use uarm_io::drive::robot_drives::RobotDrives;
 use uarm_io::time::{Clock, Duration, Instant};
 
 use crate::progress::Progress;
@@ -44,10 +43,10 @@ pub enum LoopEnd {
 
 /// Why a loop ended otherwise.
 #[derive(Debug, thiserror::Error)]
-pub enum LoopFault<E: LinkError> {
+pub enum LoopFault<E> {
     /// The drives or the bus failed.
     #[error(transparent)]
-    Drives(#[from] CycleError<E>),
+    Drives(E),
     /// The signals: an encoder, a limit of the robot, a torque that cannot be sent.
     #[error(transparent)]
     Signals(#[from] SignalFault),
@@ -62,13 +61,13 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
     ///
     /// # Errors
     /// [`LoopFault`] names the first cause.
-    pub fn run<L: Link, C: Clock>(
+    pub fn run<D: RobotDrives<J>, C: Clock>(
         &mut self,
-        drives: &mut DriveNetwork<L, J>,
+        drives: &mut D,
         clock: &mut C,
         schedule: &mut Schedule,
         recorder: &mut impl Recorder<J, N>,
-    ) -> Result<LoopEnd, LoopFault<L::Error>> {
+    ) -> Result<LoopEnd, LoopFault<D::CycleError>> {
         const { crate::dimensions::check::<J, N>() };
         let mut due = PeriodicRecords::default();
         recorder.keyframe(&self.path.freeze(), clock.now());
@@ -84,7 +83,7 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
             self.timing.record(&record.instants, tick.elapsed);
             self.progress.publish(&record);
             self.record_periodically(&mut due, drives, record.instants.done, recorder);
-            supervised?;
+            supervised.map_err(LoopFault::Drives)?;
             if self.path.task_clock.next(schedule.period()) >= self.path.motion.end() {
                 return Ok(LoopEnd::Completed);
             }
@@ -92,20 +91,20 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
     }
 
     /// One cycle: SYNC, counts, angles and velocities, reference, torque, limits, torque out.
-    fn cycle<L: Link, C: Clock>(
+    fn cycle<D: RobotDrives<J>, C: Clock>(
         &mut self,
         tick: &Tick,
-        drives: &mut DriveNetwork<L, J>,
+        drives: &mut D,
         clock: &C,
         schedule: &Schedule,
-    ) -> Result<CycleRecord<J, N>, LoopFault<L::Error>> {
-        let sync_sent = drives.sync()?;
+    ) -> Result<CycleRecord<J, N>, LoopFault<D::CycleError>> {
+        let sync_sent = drives.sync(tick.woke).map_err(LoopFault::Drives)?;
         // Counted from SYNC, so that a late wake-up is an overrun and not a silent drive.
-        let feedback = drives.collect(sync_sent + schedule.period().duration())?;
+        let feedback = drives.collect(sync_sent + schedule.period().duration()).map_err(LoopFault::Drives)?;
         let counts_in = clock.now();
 
         let signals = self.path.step(tick, sync_sent, &feedback.positions, schedule.period())?;
-        let torque_out = drives.send_torques(signals.torque.sent)?;
+        let torque_out = drives.send_torques(signals.torque.sent).map_err(LoopFault::Drives)?;
 
         let instants = CycleInstants {
             scheduled: tick.scheduled,
@@ -122,10 +121,10 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
     }
 
     /// Records what is not worth a record in each cycle.
-    fn record_periodically<L: Link>(
+    fn record_periodically<D: RobotDrives<J>>(
         &self,
         due: &mut PeriodicRecords,
-        drives: &DriveNetwork<L, J>,
+        drives: &D,
         now: Instant,
         recorder: &mut impl Recorder<J, N>,
     ) {
@@ -135,7 +134,7 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
         }
         if now >= due.next_health {
             due.next_health = now + HEALTH_INTERVAL;
-            recorder.health(&HealthRecord { at: now, network: drives.health(), link: drives.link().health() });
+            recorder.health(&HealthRecord { at: now, network: drives.health(), link: drives.link_health() });
         }
     }
 }

@@ -1,5 +1,5 @@
 //! What runs every 3 ms: the hard control loop of a CANopen manipulator, from encoder counts to torques, with its limits
-//! and records. It sees a [`Link`](uarm_io::link::Link) and a [`Clock`](uarm_io::time::Clock), so that real drives in real
+//! and records. It sees [`RobotDrives`](uarm_io::drive::RobotDrives) and a [`Clock`](uarm_io::time::Clock), so that real drives in real
 //! time and a simulated robot in virtual time run the same code.
 //!
 //! Generic over `J` joints with drives, of which `N` are active ([`dimensions`]). The crate knows no command line, no file

@@ -3,9 +3,9 @@
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use hinf_control::{Controller, PerformanceIndices, QuinticReference, ReferenceError, TorqueLimitError};
-use uarm_io::drive::network::{DriveNetwork, StartError, StopReport};
+use uarm_io::drive::network::StopReport;
+use uarm_io::drive::robot_drives::RobotDrives;
 use uarm_io::encoder::Encoder;
-use uarm_io::link::{Link, LinkError};
 use uarm_io::realtime::PageFaults;
 use uarm_io::time::{Clock, Duration};
 
@@ -13,7 +13,6 @@ use crate::control_loop::{ControlLoop, LoopEnd, LoopFault};
 use crate::dimensions;
 use crate::estimation::{Estimation, EstimationError};
 use crate::motion::Motion;
-use crate::network::NetworkError;
 use crate::outcome::{Indices, Outcome};
 use crate::progress::Progress;
 use crate::record::Recorder;
@@ -39,20 +38,18 @@ pub struct Observer<'a, const N: usize> {
 /// Why a run could not be prepared. Nothing was sent to the drives.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SetupError {
-    /// The drives cannot be described to the master.
-    #[error(transparent)]
-    Network(#[from] NetworkError),
     /// A torque limit of a joint cannot be used.
     #[error("joints: limits: {0}")]
     Limits(#[from] TorqueLimitError),
 }
 
-/// Why a run that was prepared did not end as planned. The drives were stopped.
+/// Why a run that was prepared did not end as planned. The drives were stopped. `S` and `C` are the drives' errors at start
+/// and in a cycle.
 #[derive(Debug, thiserror::Error)]
-pub enum RunError<E: LinkError> {
+pub enum RunError<S, C> {
     /// The drives did not start.
     #[error("the drives could not be started: {0}")]
-    Start(#[from] StartError<E>),
+    Start(#[source] S),
     /// The encoders do not say where the joints are.
     #[error(transparent)]
     Encoder(#[from] EstimationError),
@@ -61,14 +58,14 @@ pub enum RunError<E: LinkError> {
     Approach(#[from] ReferenceError),
     /// The loop ended with a fault.
     #[error(transparent)]
-    Loop(#[from] LoopFault<E>),
+    Loop(#[from] LoopFault<C>),
 }
 
 /// How a run ended, and what came of it until then.
 #[derive(Debug)]
-pub struct Finished<E: LinkError, R, const J: usize, const N: usize> {
+pub struct Finished<S, C, R, const J: usize, const N: usize> {
     /// The end, or the first cause of an early one.
-    pub end: Result<LoopEnd, RunError<E>>,
+    pub end: Result<LoopEnd, RunError<S, C>>,
     /// What came of the run.
     pub outcome: Outcome<N>,
     /// What the drives said when they were stopped.
@@ -77,19 +74,19 @@ pub struct Finished<E: LinkError, R, const J: usize, const N: usize> {
     pub recorder: R,
 }
 
-/// Runs one experiment over `link`: starts the drives, runs the loop, and brakes, whatever happens in between.
+/// Runs one experiment on `drives`: starts the drives, runs the loop, and brakes, whatever happens in between.
 ///
 /// # Errors
 /// [`SetupError`] if the run cannot be prepared; nothing has moved then.
-pub fn run<L: Link, C: Clock, R: Recorder<J, N>, const J: usize, const N: usize>(
+pub fn run<D: RobotDrives<J>, C: Clock, R: Recorder<J, N>, const J: usize, const N: usize>(
     robot: &Robot<J, N>,
     settings: &Settings,
     controller: &mut dyn Controller<f64, N>,
-    link: L,
+    mut drives: D,
     clock: &mut C,
     recorder: R,
     observer: Observer<'_, N>,
-) -> Result<Finished<L::Error, R, J, N>, SetupError> {
+) -> Result<Finished<D::StartError, D::CycleError, R, J, N>, SetupError> {
     let mut control_loop = ControlLoop {
         path: signal_path(robot, settings, controller)?,
         timing: TimingRecorder::new(robot.period.duration()),
@@ -97,10 +94,9 @@ pub fn run<L: Link, C: Clock, R: Recorder<J, N>, const J: usize, const N: usize>
         stop: observer.stop,
     };
     let mut statistics = Statistics::new(recorder);
-    let mut drives = DriveNetwork::new(link, robot.network_configuration()?);
 
-    let started = drives.start(clock).map_err(RunError::from);
-    let motion = started.and_then(|started| motion(robot, settings, started.drives.map(|drive| drive.position)));
+    let started = drives.start(clock).map_err(RunError::Start);
+    let motion = started.and_then(|positions| motion(robot, settings, positions));
     let mut page_faults = PageFaults::default();
     let end = match motion {
         Ok(motion) => {
@@ -149,11 +145,11 @@ pub fn signal_path<'a, const J: usize, const N: usize>(
 }
 
 /// The motion from where the encoders say that the joints are.
-fn motion<E: LinkError, const J: usize, const N: usize>(
+fn motion<S, C, const J: usize, const N: usize>(
     robot: &Robot<J, N>,
     settings: &Settings,
     counts: [i32; J],
-) -> Result<Motion<N>, RunError<E>> {
+) -> Result<Motion<N>, RunError<S, C>> {
     let task = robot.task.motion();
     let Some(duration) = settings.approach else { return Ok(task) };
     let mut angles = [0.0; J];

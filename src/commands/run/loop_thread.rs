@@ -3,6 +3,7 @@
 use anyhow::Context;
 use hinf_control::Disturbance;
 use uarm_io::drive::network::{Confirmation, StopReport};
+use uarm_io::drive::{DriveNetwork, RobotDrives};
 use uarm_io::link::{Link, ObservedLink};
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::socketcan_link::{Reception, SocketCanLink};
@@ -101,26 +102,32 @@ impl LoopThread<'_> {
         match loop_side {
             Some(LoopSide { cycles, frames }) => {
                 let link = ObservedLink::new(link, |direction, frame: &_, at| frames.record(direction, frame, at));
-                finish(robot, settings, link, clock, cycles, observer)
+                finish(robot, settings, drives(robot, link)?, clock, cycles, observer)
             }
-            None => finish(robot, settings, link, clock, NoRecorder, observer),
+            None => finish(robot, settings, drives(robot, link)?, clock, NoRecorder, observer),
         }
     }
 }
 
-fn finish<L: Link, C: Clock>(
+/// The CANopen master of the robot's drives.
+fn drives<L: Link>(robot: &Robot, link: L) -> anyhow::Result<DriveNetwork<L, JOINTS>> {
+    Ok(DriveNetwork::new(link, robot.description.network_configuration()?))
+}
+
+fn finish<D: RobotDrives<JOINTS>, C: Clock>(
     robot: &Robot,
     settings: &Settings,
-    link: L,
+    drives: D,
     mut clock: C,
     recorder: impl Recorder<JOINTS, ACTIVE>,
     observer: Observer<'_, ACTIVE>,
 ) -> anyhow::Result<Finished>
 where
-    L::Error: Send + Sync + 'static,
+    D::StartError: Send + Sync + 'static,
+    D::CycleError: Send + Sync + 'static,
 {
     let mut controller = robot.controller(settings.law, settings.guard)?;
-    let finished = run(&robot.description, settings, &mut controller, link, &mut clock, recorder, observer)?;
+    let finished = run(&robot.description, settings, &mut controller, drives, &mut clock, recorder, observer)?;
     let end = finished.end.map_err(|error| {
         let hint = hint(&error);
         let error = anyhow::Error::new(error);
@@ -133,7 +140,7 @@ where
 }
 
 /// Which option of the command line would have helped.
-fn hint<E: uarm_io::link::LinkError>(error: &RunError<E>) -> Option<&'static str> {
+fn hint<S, C>(error: &RunError<S, C>) -> Option<&'static str> {
     match error {
         RunError::Loop(LoopFault::Signals(SignalFault::Limit(LimitViolation {
             quantity: Quantity::StartError,

@@ -53,7 +53,10 @@ impl Experiment {
     }
 
     /// Runs the loop; `after` is called with the number of records after each of them.
-    fn run(&mut self, after: impl FnMut(usize)) -> (Result<LoopEnd, LoopFault<Infallible>>, Recorded, TimingSummary) {
+    fn run(
+        &mut self,
+        after: impl FnMut(usize),
+    ) -> (Result<LoopEnd, LoopFault<CycleError<Infallible>>>, Recorded, TimingSummary) {
         let mut law = FakeLaw::constant(0.05, -0.04);
         let period = Period::new(self.period).unwrap();
         let mut path = path(&mut law, self.motion);
