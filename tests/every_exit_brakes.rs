@@ -23,7 +23,7 @@ use uarm_loop::record::{NoRecorder, Recorder};
 use uarm_loop::run::{self, Observer};
 use uarm_loop::settings::Settings;
 use uarm_loop::stop_request::StopRequest;
-use uarm_sim::{Brake, DriveFault, InProcessError, InProcessLink, Joint, Pacing, VirtualClock};
+use uarm_sim::{Brake, DriveFault, EmulatedRobot, InProcessError, InProcessLink, Joint, Pacing, VirtualClock};
 
 type Finished<R = NoRecorder, E = InProcessError> = run::Finished<StartError<E>, CycleError<E>, R, JOINTS, ACTIVE>;
 
@@ -40,12 +40,12 @@ struct Seen {
 
 /// A link that lets something happen in the midst of the motion, and shows what is sent.
 struct Witness<F> {
-    link: InProcessLink<SimulatedPlant, VirtualClock>,
+    link: InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>,
     seen: Arc<Mutex<Seen>>,
     in_motion: F,
 }
 
-impl<F: FnMut(&mut InProcessLink<SimulatedPlant, VirtualClock>)> Link for Witness<F> {
+impl<F: FnMut(&mut InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>)> Link for Witness<F> {
     type Error = InProcessError;
 
     fn send(&mut self, frame: &Frame) -> Result<Instant, InProcessError> {
@@ -74,7 +74,11 @@ fn settings() -> Settings {
 }
 
 /// A link to the simulated robot.
-fn link(robot: &Robot, disturbance: Disturbance, clock: &VirtualClock) -> InProcessLink<SimulatedPlant, VirtualClock> {
+fn link(
+    robot: &Robot,
+    disturbance: Disturbance,
+    clock: &VirtualClock,
+) -> InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock> {
     let plant = SimulatedPlant::new(robot, PlantChoice::Uarm, disturbance).unwrap();
     InProcessLink::new(emulate(robot, plant, Pacing::WallClock).unwrap(), clock.clone())
 }
@@ -102,7 +106,7 @@ fn run<R: Recorder<JOINTS, ACTIVE>>(
     robot: &Robot,
     recorder: R,
     stop: &StopRequest,
-    in_motion: impl FnMut(&mut InProcessLink<SimulatedPlant, VirtualClock>),
+    in_motion: impl FnMut(&mut InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>),
 ) -> (std::thread::Result<Finished<R>>, Seen) {
     let mut clock = VirtualClock::default();
     let link = link(robot, Disturbance::Paper, &clock);

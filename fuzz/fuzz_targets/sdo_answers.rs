@@ -26,7 +26,7 @@ const CYCLES: u32 = 8;
 
 /// A link that changes what comes over it.
 struct Changed<'a> {
-    link: InProcessLink<DemPlant, VirtualClock>,
+    link: InProcessLink<EmulatedRobot<DemPlant>, VirtualClock>,
     changes: &'a [u8],
 }
 

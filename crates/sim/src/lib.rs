@@ -68,7 +68,8 @@
 //! | [`plant`] | [`Plant`]; [`DemPlant`] (ideal), [`UarmPlant`] (imperfect), [`FreeFloatingPlant`] (space manipulator, without the DEM); integrator, disturbance, brakes |
 //! | [`drive`] | the CiA 402 drive: object dictionary, SDO rules, NMT, heartbeats, power state machine, encoder, faults |
 //! | [`EmulatedRobot`] | three drives on a plant, sans-I/O: frames and instants in, frames out |
-//! | [`link`] | [`InProcessLink`] to such a robot; [`FaultyLink`] around any link |
+//! | [`odrive`] | the same with ODrive axes instead of CiA 402 drives |
+//! | [`link`] | [`InProcessLink`] to a [`RobotOnBus`]; [`FaultyLink`] around any link |
 //! | [`VirtualClock`] | time that jumps |
 //!
 //! # Not in it
@@ -96,9 +97,11 @@ pub mod link {
     pub use faulty::{FaultCounts, FaultRateError, FaultRates, FaultyLink};
     pub use in_process::{InProcessError, InProcessLink};
 }
+pub mod odrive;
 mod outbox;
 pub mod plant;
 mod robot;
+mod robot_on_bus;
 
 pub use clock::VirtualClock;
 pub use drive::{DriveDescription, DriveFault, DriveParameters, EmulatedDrive, EncoderDescription};
@@ -109,6 +112,7 @@ pub use plant::{
     UarmImperfections, UarmParameterError, UarmPlant, UarmPlantParameters,
 };
 pub use robot::{EmulatedRobot, Joint, Pacing, RobotError};
+pub use robot_on_bus::RobotOnBus;
 
 pub use dem_model;
 pub use nalgebra;

@@ -3,6 +3,7 @@
 use crate::drive::{DriveFault, DriveParameters, EmulatedDrive, Reaction};
 use crate::outbox::Outbox;
 use crate::plant::{Brake, Plant};
+use crate::robot_on_bus::RobotOnBus;
 use core::time::Duration;
 use nalgebra::Vector3;
 use uarm_io::drive::cia402::PowerState;
@@ -266,5 +267,23 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
             self.plant = self.initial.clone();
             self.latch_positions();
         }
+    }
+}
+
+impl<P: Plant + Clone> RobotOnBus for EmulatedRobot<P> {
+    fn power_on(&mut self, now: Instant, outbox: &mut Outbox) {
+        Self::power_on(self, now, outbox);
+    }
+
+    fn next_deadline(&self) -> Option<Instant> {
+        Self::next_deadline(self)
+    }
+
+    fn on_time(&mut self, now: Instant, outbox: &mut Outbox) {
+        Self::on_time(self, now, outbox);
+    }
+
+    fn on_frame(&mut self, frame: &Frame, now: Instant, outbox: &mut Outbox) {
+        Self::on_frame(self, frame, now, outbox);
     }
 }

@@ -15,7 +15,7 @@ use uarm_sim::{
     Brake, DemPlant, DriveFault, EmulatedRobot, InProcessLink, Joint, Pacing, Plant, RobotError, VirtualClock,
 };
 
-fn states(master: &Master<InProcessLink<DemPlant, VirtualClock>>) -> [PowerState; 3] {
+fn states(master: &Master<InProcessLink<EmulatedRobot<DemPlant>, VirtualClock>>) -> [PowerState; 3] {
     Joint::ALL.map(|joint| master.link.robot().drive(joint).power_state())
 }
 

@@ -7,9 +7,9 @@ use support::{Master, lockstep, robot};
 use uarm_io::frame::Frame;
 use uarm_io::link::{FrameDirection, Link, ObservedLink};
 use uarm_io::time::Instant;
-use uarm_sim::{DemPlant, FaultRates, FaultyLink, InProcessLink, VirtualClock};
+use uarm_sim::{DemPlant, EmulatedRobot, FaultRates, FaultyLink, InProcessLink, VirtualClock};
 
-type Faulty = FaultyLink<InProcessLink<DemPlant, VirtualClock>, VirtualClock>;
+type Faulty = FaultyLink<InProcessLink<EmulatedRobot<DemPlant>, VirtualClock>, VirtualClock>;
 
 fn faulty(rates: FaultRates, seed: u64) -> Master<Faulty> {
     let clock = VirtualClock::new();

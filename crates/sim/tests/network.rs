@@ -10,9 +10,9 @@ use uarm_io::drive::{Address, DriveNetwork, NmtState, Value};
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
 use uarm_io::torque::RatedTorque;
-use uarm_sim::{Brake, DemPlant, DriveFault, InProcessLink, Joint, Pacing, Plant, VirtualClock};
+use uarm_sim::{Brake, DemPlant, DriveFault, EmulatedRobot, InProcessLink, Joint, Pacing, Plant, VirtualClock};
 
-type Network = DriveNetwork<InProcessLink<DemPlant, VirtualClock>, 3>;
+type Network = DriveNetwork<InProcessLink<EmulatedRobot<DemPlant>, VirtualClock>, 3>;
 
 fn configuration() -> NetworkConfiguration<3> {
     let drives = drives().map(|drive| DriveConfiguration {

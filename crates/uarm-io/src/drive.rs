@@ -7,16 +7,19 @@
 //! | [`wire`] | identifiers and payloads of every frame |
 //! | [`words`] | abort and emergency codes in words |
 //! | [`network`] | the master: start, cycle, supervision, stop |
+//! | [`odrive`] | ODrive axes, another protocol: messages and master |
 //! | [`robot_drives`] | what the control loop needs of drives, whatever protocol they speak |
 
 pub mod cia402;
 pub mod network;
 pub mod objects;
+pub mod odrive;
 pub mod robot_drives;
 pub mod wire;
 pub mod words;
 
 pub use network::DriveNetwork;
+pub use odrive::OdriveNetwork;
 pub use robot_drives::RobotDrives;
 
 pub use canopen_rs::{Address, DataType, NmtCommand, NmtState, NodeId, Value};

@@ -1,4 +1,6 @@
-//! Classic CAN data frames with 11-bit identifiers: all that the drives' protocol uses.
+//! Classic CAN data frames with 11-bit identifiers: all that the drives' protocols use.
+//!
+//! How many data bytes a frame holds is [`Frame::CAPACITY`] here and nowhere else: CAN FD would make it 64.
 
 use embedded_can::{Id, StandardId};
 
@@ -7,22 +9,25 @@ use embedded_can::{Id, StandardId};
 pub struct Frame {
     id: StandardId,
     len: u8,
-    data: [u8; 8],
+    data: [u8; Self::CAPACITY],
 }
 
 impl Frame {
-    /// A frame with up to eight data bytes; `None` if there are more.
+    /// The most data bytes: those of classic CAN.
+    pub const CAPACITY: usize = 8;
+
+    /// A frame with up to [`Frame::CAPACITY`] data bytes; `None` if there are more.
     pub fn new(id: StandardId, data: &[u8]) -> Option<Self> {
-        let mut frame = Self { id, len: u8::try_from(data.len()).ok()?, data: [0; 8] };
+        let mut frame = Self { id, len: u8::try_from(data.len()).ok()?, data: [0; Self::CAPACITY] };
         frame.data.get_mut(..data.len())?.copy_from_slice(data);
         Some(frame)
     }
 
-    /// A frame with exactly these data bytes; more than eight do not compile.
-    #[allow(clippy::as_conversions)] // `LENGTH` is at most 8, which the line above proves
+    /// A frame with exactly these data bytes; more than [`Frame::CAPACITY`] do not compile.
+    #[allow(clippy::as_conversions)] // `LENGTH` is at most `CAPACITY`, far below 256
     pub const fn with<const LENGTH: usize>(id: StandardId, bytes: [u8; LENGTH]) -> Self {
-        const { assert!(LENGTH <= 8, "a classic CAN frame has at most eight data bytes") };
-        let mut data = [0; 8];
+        const { assert!(LENGTH <= Self::CAPACITY, "more data bytes than a frame has") };
+        let mut data = [0; Self::CAPACITY];
         let (used, _) = data.split_at_mut(LENGTH);
         used.copy_from_slice(&bytes);
         Self { id, len: LENGTH as u8, data }

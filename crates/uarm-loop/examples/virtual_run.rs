@@ -80,7 +80,10 @@ fn robot() -> Result<Robot<JOINTS, ACTIVE>, Failure> {
 }
 
 /// The other end of the bus. On a robot this is a `uarm_io::socketcan_link::SocketCanLink`.
-fn link(robot: &Robot<JOINTS, ACTIVE>, clock: VirtualClock) -> Result<InProcessLink<DemPlant, VirtualClock>, Failure> {
+fn link(
+    robot: &Robot<JOINTS, ACTIVE>,
+    clock: VirtualClock,
+) -> Result<InProcessLink<EmulatedRobot<DemPlant>, VirtualClock>, Failure> {
     let drive = |joint: &Joint| {
         DriveParameters::new(DriveDescription {
             node: joint.node.raw(),

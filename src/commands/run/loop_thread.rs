@@ -15,7 +15,7 @@ use uarm_loop::run::{Observer, RunError, run};
 use uarm_loop::settings::Settings;
 use uarm_loop::signal_path::SignalFault;
 use uarm_loop::torque::DisturbanceSite;
-use uarm_sim::{InProcessLink, Pacing, VirtualClock};
+use uarm_sim::{EmulatedRobot, InProcessLink, Pacing, VirtualClock};
 
 use super::place::Place;
 use super::realtime::Realtime;
@@ -85,7 +85,7 @@ impl LoopThread<'_> {
         &self,
         plant: PlantChoice,
         clock: C,
-    ) -> anyhow::Result<InProcessLink<SimulatedPlant, C>> {
+    ) -> anyhow::Result<InProcessLink<EmulatedRobot<SimulatedPlant>, C>> {
         let disturbance = match self.settings.disturbance_site {
             DisturbanceSite::Plant => self.settings.disturbance,
             DisturbanceSite::Command => Disturbance::None,

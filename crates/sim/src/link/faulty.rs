@@ -130,7 +130,7 @@ impl<L: Link, C: Clock> FaultyLink<L, C> {
         if !self.happens(self.rates.corruption) || length == 0 {
             return frame;
         }
-        let mut bytes = [0; 8];
+        let mut bytes = [0; Frame::CAPACITY];
         for (byte, original) in bytes.iter_mut().zip(frame.data()) {
             *byte = *original;
         }

@@ -4,6 +4,7 @@ use crate::drive::DriveFault;
 use crate::outbox::Outbox;
 use crate::plant::Plant;
 use crate::robot::{EmulatedRobot, Joint};
+use crate::robot_on_bus::RobotOnBus;
 use uarm_io::frame::Frame;
 use uarm_io::link::{Link, LinkError, LinkErrorKind, Received};
 use uarm_io::time::{Clock, Instant};
@@ -25,39 +26,34 @@ impl LinkError for InProcessError {
     }
 }
 
-/// A [`Link`] to an [`EmulatedRobot`] on a clock: no wire, no thread, and no allocation.
+/// A [`Link`] to an emulated robot on a clock: no wire, no thread, and no allocation.
 ///
 /// A frame sent is handled at once and its answers are queued. What the drives do by themselves happens at its own instant,
 /// in the order in which it falls due, whenever the link is used next or while it waits in [`receive`](Link::receive).
 #[derive(Debug)]
-pub struct InProcessLink<P, C> {
-    robot: EmulatedRobot<P>,
+pub struct InProcessLink<R, C> {
+    robot: R,
     clock: C,
     outbox: Outbox,
     losses_reported: u64,
 }
 
-impl<P: Plant + Clone, C: Clock> InProcessLink<P, C> {
+impl<R: RobotOnBus, C: Clock> InProcessLink<R, C> {
     /// Switches the robot on, on `clock`.
-    pub fn new(mut robot: EmulatedRobot<P>, clock: C) -> Self {
+    pub fn new(mut robot: R, clock: C) -> Self {
         let mut outbox = Outbox::new();
         robot.power_on(clock.now(), &mut outbox);
         Self { robot, clock, outbox, losses_reported: 0 }
     }
 
     /// The robot at the other end.
-    pub const fn robot(&self) -> &EmulatedRobot<P> {
+    pub const fn robot(&self) -> &R {
         &self.robot
     }
 
-    /// Brings a fault of a joint's drive about.
-    pub fn inject(&mut self, joint: Joint, fault: DriveFault) {
-        self.robot.inject(joint, fault);
-    }
-
-    /// Takes the injected faults of a joint's drive away.
-    pub fn repair(&mut self, joint: Joint) {
-        self.robot.repair(joint, self.clock.now(), &mut self.outbox);
+    /// The robot at the other end, to bring faults about.
+    pub const fn robot_mut(&mut self) -> &mut R {
+        &mut self.robot
     }
 
     fn check_losses(&mut self) -> Result<(), InProcessError> {
@@ -67,7 +63,19 @@ impl<P: Plant + Clone, C: Clock> InProcessLink<P, C> {
     }
 }
 
-impl<P: Plant + Clone, C: Clock> Link for InProcessLink<P, C> {
+impl<P: Plant + Clone, C: Clock> InProcessLink<EmulatedRobot<P>, C> {
+    /// Brings a fault of a joint's drive about.
+    pub fn inject(&mut self, joint: Joint, fault: DriveFault) {
+        self.robot.inject(joint, fault);
+    }
+
+    /// Takes the injected faults of a joint's drive away.
+    pub fn repair(&mut self, joint: Joint) {
+        self.robot.repair(joint, self.clock.now(), &mut self.outbox);
+    }
+}
+
+impl<R: RobotOnBus, C: Clock> Link for InProcessLink<R, C> {
     type Error = InProcessError;
 
     fn send(&mut self, frame: &Frame) -> Result<Instant, InProcessError> {

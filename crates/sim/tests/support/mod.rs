@@ -66,7 +66,7 @@ pub struct Master<L> {
     counter: u8,
 }
 
-impl Master<InProcessLink<DemPlant, VirtualClock>> {
+impl Master<InProcessLink<EmulatedRobot<DemPlant>, VirtualClock>> {
     /// A robot that has just been switched on; its boot-up messages are read.
     pub fn with_robot(pacing: Pacing) -> Self {
         let clock = VirtualClock::new();

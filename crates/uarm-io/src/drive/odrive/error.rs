@@ -1,0 +1,124 @@
+//! What goes wrong with the axes.
+
+use super::turns::TurnsError;
+use super::wire::{AxisNode, Heartbeat};
+use crate::drive::network::NodeSet;
+use crate::time::Duration;
+use core::fmt;
+
+/// Why the axes did not start. After any of these the robot has to be stopped.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum OdriveStartError<E> {
+    /// The link failed.
+    #[error("the CAN link failed")]
+    Link(#[from] E),
+    /// No heartbeat came.
+    #[error(
+        "no heartbeat of ODrive axis {axis} within {waited:?}: check its supply, node_id, bit rate and heartbeat_msg_rate_ms"
+    )]
+    NotHeard {
+        /// The axis.
+        axis: AxisNode,
+        /// Time waited.
+        waited: Duration,
+    },
+    /// It did not come to a state.
+    #[error("ODrive axis {axis} is in {}, expected {expected} after {waited:?}", State(*.found))]
+    NotReached {
+        /// The axis.
+        axis: AxisNode,
+        /// What was wanted.
+        expected: &'static str,
+        /// Its last heartbeat.
+        found: Heartbeat,
+        /// Time waited.
+        waited: Duration,
+    },
+    /// Its position did not come.
+    #[error(
+        "ODrive axis {axis} gave no position within {waited:?}: check encoder_msg_rate_ms (0 where positions are asked for) and that its firmware is 0.6"
+    )]
+    NoPosition {
+        /// The axis.
+        axis: AxisNode,
+        /// Time waited.
+        waited: Duration,
+    },
+    /// Its position cannot be used.
+    #[error("ODrive axis {axis}: {source}")]
+    Position {
+        /// The axis.
+        axis: AxisNode,
+        /// Why.
+        source: TurnsError,
+    },
+    /// It sends positions that nobody asked for.
+    #[error(
+        "ODrive axis {axis} sends positions by itself, expected only answers: set encoder_msg_rate_ms = 0 in it, or its rate in the robot file"
+    )]
+    Unrequested {
+        /// The axis.
+        axis: AxisNode,
+    },
+    /// It stayed armed without a torque for longer than its watchdog should allow.
+    #[error("ODrive axis {axis} is in {} {waited:?} after the last torque, expected to be disarmed by its watchdog: set axis0.config.enable_watchdog and watchdog_timeout in it", State(*.found))]
+    NoWatchdog {
+        /// The axis.
+        axis: AxisNode,
+        /// Its last heartbeat.
+        found: Heartbeat,
+        /// Time without a torque.
+        waited: Duration,
+    },
+}
+
+/// What goes wrong in a cycle. After any of these the robot has to be stopped.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum OdriveCycleError<E> {
+    /// The link failed.
+    #[error("the CAN link failed")]
+    Link(#[from] E),
+    /// Positions did not come in time.
+    #[error("no position of ODrive axis {missing} by the deadline, expected that of all {joints} axes")]
+    Missing {
+        /// Axes without a position.
+        missing: NodeSet,
+        /// Axes in all.
+        joints: usize,
+    },
+    /// A position cannot be used.
+    #[error("ODrive axis {axis}: {source}")]
+    Position {
+        /// The axis.
+        axis: AxisNode,
+        /// Why.
+        source: TurnsError,
+    },
+    /// An axis disarmed or reports an error.
+    #[error("ODrive axis {axis} is in {}, expected CLOSED_LOOP_CONTROL without error", State(*.found))]
+    NotArmed {
+        /// The axis.
+        axis: AxisNode,
+        /// Its last heartbeat.
+        found: Heartbeat,
+    },
+    /// An axis's heartbeat stopped.
+    #[error("ODrive axis {axis} has been silent for {silence:?}, expected a heartbeat within {limit:?}")]
+    Lost {
+        /// The axis.
+        axis: AxisNode,
+        /// Time since its last heartbeat.
+        silence: Duration,
+        /// Time borne.
+        limit: Duration,
+    },
+}
+
+struct State(Heartbeat);
+
+impl fmt::Display for State {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Heartbeat { error, state, .. } = self.0;
+        if error.is_none() { write!(formatter, "{state}") } else { write!(formatter, "{state} with {error}") }
+    }
+}

@@ -1,0 +1,179 @@
+//! From any state to *closed loop control*, torque 0, watchdog proved.
+
+use super::axis_error::AxisError;
+use super::configuration::Positions;
+use super::error::OdriveStartError;
+use super::master::{Axis, OdriveNetwork};
+use super::turns;
+use super::wire::{self, AxisState, ControllerMode, Heartbeat};
+use crate::frame::Frame;
+use crate::link::Link;
+use crate::time::{Clock, Instant};
+
+type Outcome<T, L> = Result<T, OdriveStartError<<L as Link>::Error>>;
+
+impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
+    /// Each axis is heard → idle → errors cleared → torque control → position read → armed with torque 0 → left without a
+    /// torque until its watchdog disarms it → errors cleared → armed.
+    ///
+    /// CANSimple cannot tell whether the watchdog is on, so it is tried. The brakes are open meanwhile.
+    pub(super) fn start_axes<C: Clock>(&mut self, clock: &C) -> Outcome<[i32; JOINTS], L> {
+        self.drain()?;
+        self.hear(clock)?;
+        self.tell_all(|node| wire::state_frame(node, AxisState::IDLE))?;
+        self.reach(clock, "IDLE", |heartbeat| heartbeat.state == AxisState::IDLE)?;
+        self.clear(clock)?;
+        let positions = self.read_positions(clock)?;
+        self.arm(clock)?;
+        self.prove_watchdogs(clock)?;
+        self.clear(clock)?;
+        self.arm(clock)?;
+        Ok(positions)
+    }
+
+    fn tell_all(&mut self, frame: impl Fn(wire::AxisNode) -> Frame) -> Result<(), L::Error> {
+        for node in self.nodes() {
+            self.send(&frame(node))?;
+        }
+        Ok(())
+    }
+
+    /// Waits for a heartbeat of each axis, sent after the start began.
+    fn hear<C: Clock>(&mut self, clock: &C) -> Outcome<(), L> {
+        for axis in &mut self.axes {
+            axis.health.last_heartbeat_at = None;
+        }
+        let waited = self.configuration.times.presence;
+        let silent = |axis: &&Axis| axis.health.last_heartbeat_at.is_none();
+        self.wait(clock, clock.now() + waited, Feeding::On, |axes| !axes.iter().any(|axis| silent(&axis)))?;
+        match self.axes.iter().find(silent) {
+            Some(axis) => Err(OdriveStartError::NotHeard { axis: axis.node, waited }),
+            None => Ok(()),
+        }
+    }
+
+    /// Forgets errors, of earlier runs too, and sets torque control.
+    fn clear<C: Clock>(&mut self, clock: &C) -> Outcome<(), L> {
+        self.tell_all(wire::clear_errors_frame)?;
+        self.torques([0.0; JOINTS])?;
+        self.tell_all(|node| ControllerMode::TORQUE.frame(node))?;
+        self.reach(clock, "IDLE without error", |heartbeat| {
+            heartbeat.state == AxisState::IDLE && heartbeat.error.is_none()
+        })
+    }
+
+    /// Arms all axes: brakes open.
+    fn arm<C: Clock>(&mut self, clock: &C) -> Outcome<(), L> {
+        self.torques([0.0; JOINTS])?;
+        self.tell_all(|node| wire::state_frame(node, AxisState::CLOSED_LOOP_CONTROL))?;
+        self.reach(clock, "CLOSED_LOOP_CONTROL without error", Heartbeat::is_armed)
+    }
+
+    /// Waits, feeding the watchdogs, until the last heartbeat of every axis is `wanted`.
+    fn reach<C: Clock>(
+        &mut self,
+        clock: &C,
+        expected: &'static str,
+        wanted: impl Fn(&Heartbeat) -> bool,
+    ) -> Outcome<(), L> {
+        let waited = self.configuration.times.state;
+        self.wait(clock, clock.now() + waited, Feeding::On, |axes| axes.iter().all(|axis| wanted(&axis.heartbeat)))?;
+        match self.axes.iter().find(|axis| !wanted(&axis.heartbeat)) {
+            Some(Axis { node, heartbeat, .. }) => {
+                Err(OdriveStartError::NotReached { axis: *node, expected, found: *heartbeat, waited })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The positions before power is on.
+    fn read_positions<C: Clock>(&mut self, clock: &C) -> Outcome<[i32; JOINTS], L> {
+        for axis in &mut self.axes {
+            axis.fresh = false;
+        }
+        if self.configuration.positions == Positions::OnRequest {
+            self.request()?;
+        }
+        let waited = self.configuration.times.state;
+        self.wait(clock, clock.now() + waited, Feeding::On, |axes| axes.iter().all(|axis| axis.fresh))?;
+        let mut positions = [0; JOINTS];
+        for ((position, axis), made) in positions.iter_mut().zip(&self.axes).zip(&self.configuration.axes) {
+            let Some((estimates, _)) = axis.estimate.filter(|_| axis.fresh) else {
+                return Err(OdriveStartError::NoPosition { axis: axis.node, waited });
+            };
+            *position = turns::counts(estimates.position, made.counts_per_turn)
+                .map_err(|source| OdriveStartError::Position { axis: axis.node, source })?;
+        }
+        Ok(positions)
+    }
+
+    /// Feeds no watchdog until every axis has disarmed by its own. Positions that nobody asks for show here, too.
+    fn prove_watchdogs<C: Clock>(&mut self, clock: &C) -> Outcome<(), L> {
+        for axis in &mut self.axes {
+            axis.fresh = false;
+        }
+        let times = self.configuration.times;
+        let waited = times.watchdog + times.heartbeat.saturating_mul(HEARTBEATS_TO_TELL);
+        let expired = |axis: &Axis| {
+            axis.heartbeat.error.contains(AxisError::WATCHDOG_TIMER_EXPIRED)
+                && axis.heartbeat.state != AxisState::CLOSED_LOOP_CONTROL
+        };
+        self.wait(clock, clock.now() + waited, Feeding::Off, |axes| axes.iter().all(expired))?;
+        if let Some(axis) = self.axes.iter().find(|axis| !expired(axis)) {
+            return Err(OdriveStartError::NoWatchdog { axis: axis.node, found: axis.heartbeat, waited });
+        }
+        let unrequested = self.axes.iter().find(|axis| axis.fresh);
+        match unrequested.filter(|_| self.configuration.positions == Positions::OnRequest) {
+            Some(axis) => Err(OdriveStartError::Unrequested { axis: axis.node }),
+            None => Ok(()),
+        }
+    }
+
+    /// Reads frames until all axes are as they are `wanted` or `deadline` passes.
+    pub(super) fn wait<C: Clock>(
+        &mut self,
+        clock: &C,
+        deadline: Instant,
+        feeding: Feeding,
+        wanted: impl Fn(&[Axis; JOINTS]) -> bool,
+    ) -> Result<(), L::Error> {
+        while !wanted(&self.axes) {
+            let now = clock.now();
+            let wake = match feeding {
+                Feeding::On => self.feed(now)?.min(deadline),
+                Feeding::Off => deadline,
+            };
+            match self.link.receive(wake)? {
+                Some(received) => {
+                    self.absorb(&received);
+                    // A bus full of noise must not hold it beyond the deadline.
+                    if received.at > deadline {
+                        break;
+                    }
+                }
+                None if wake < deadline => {}
+                None => break,
+            }
+        }
+        Ok(())
+    }
+
+    /// Feeds the watchdogs with torque 0 if it is time; when it is again.
+    fn feed(&mut self, now: Instant) -> Result<Instant, L::Error> {
+        if now >= self.next_feed {
+            self.next_feed = now + self.configuration.times.feed;
+            self.torques([0.0; JOINTS])?;
+        }
+        Ok(self.next_feed)
+    }
+}
+
+/// Heartbeats within which an axis tells that its watchdog has expired.
+const HEARTBEATS_TO_TELL: u32 = 3;
+
+/// Whether the watchdogs of the axes are fed while the master waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Feeding {
+    On,
+    Off,
+}
