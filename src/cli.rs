@@ -40,6 +40,8 @@ pub enum Command {
     Check(commands::check::Arguments),
     /// Be the robot: emulated CANopen drives and their plant on a CAN interface
     Plant(commands::plant::Arguments),
+    /// Commission drives: who is on the bus, which way a joint counts
+    Drive(commands::drive::Arguments),
     /// Map a space manipulator to its dynamically equivalent manipulator (Table 1 to Table 2)
     Map(commands::map::Arguments),
     /// Compare the velocity estimators on the paper's motion
@@ -67,6 +69,7 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
         Command::Compare(arguments) => commands::compare::execute(arguments),
         Command::Check(arguments) => commands::check::execute(arguments),
         Command::Plant(arguments) => commands::plant::execute(arguments),
+        Command::Drive(arguments) => commands::drive::execute(arguments),
         Command::Map(arguments) => commands::map::execute(arguments),
         Command::Filters(arguments) => commands::filters::execute(arguments),
         Command::Doctor(arguments) => commands::doctor::execute(arguments),

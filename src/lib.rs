@@ -9,11 +9,13 @@
 //! | [`report`], [`inspection`], [`figures`] | what runs and logs tell: for people, in terminals, as figures |
 //! | [`log_files`], [`signals`], [`options`] | where logs go; signals that end a run; choices on command lines |
 //! | [`exit`], [`error_text`] | exit codes; errors in words |
+//! | [`bus_observation`] | what is heard on a bus by somebody who sends nothing |
 //! | [`dimensions`] | the one place that says how many joints the robot has |
 //!
 //! The control loop itself is the crate [`uarm_loop`]: see [`uarm_loop::control_loop`].
 #![forbid(unsafe_code)]
 
+pub mod bus_observation;
 pub mod cli;
 pub mod commands;
 pub mod dimensions;

@@ -89,8 +89,20 @@ fn the_help_of_each_subcommand() {
     use clap::CommandFactory;
     let folder = folder("help");
     assert_prints("help", &folder, &["--help"]);
-    for subcommand in uarm::cli::CommandLine::command().get_subcommands() {
-        let name = subcommand.get_name();
-        assert_prints(&format!("help-{name}"), &folder, &[name, "--help"]);
+    for words in subcommands(&uarm::cli::CommandLine::command()) {
+        let mut arguments: Vec<_> = words.iter().map(String::as_str).collect();
+        arguments.push("--help");
+        assert_prints(&format!("help-{}", words.join("-")), &folder, &arguments);
     }
+}
+
+/// Every subcommand and those below it, each as the words that call it.
+fn subcommands(command: &clap::Command) -> Vec<Vec<String>> {
+    let mut all = Vec::new();
+    for subcommand in command.get_subcommands() {
+        let name = subcommand.get_name().to_owned();
+        all.push(vec![name.clone()]);
+        all.extend(subcommands(subcommand).into_iter().map(|words| [vec![name.clone()], words].concat()));
+    }
+    all
 }

@@ -4,6 +4,7 @@ pub mod check;
 pub mod compare;
 pub mod completions;
 pub mod doctor;
+pub mod drive;
 pub mod figures;
 pub mod filters;
 pub mod map;

@@ -5,6 +5,7 @@
 //! | [`objects`] | the object dictionary entries that are read, written or mapped |
 //! | [`cia402`] | statusword, controlword and the power state machine between them |
 //! | [`wire`] | identifiers and payloads of every frame |
+//! | [`sdo`] | reading and writing single objects, as a master or as a bystander |
 //! | [`words`] | abort and emergency codes in words |
 //! | [`network`] | the master: start, cycle, supervision, stop |
 //! | [`odrive`] | ODrive axes, another protocol: messages and master |
@@ -15,6 +16,7 @@ pub mod network;
 pub mod objects;
 pub mod odrive;
 pub mod robot_drives;
+pub mod sdo;
 pub mod wire;
 pub mod words;
 

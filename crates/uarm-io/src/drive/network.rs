@@ -16,13 +16,14 @@ mod receive;
 mod start;
 mod stop;
 
+pub use super::sdo::{Expected, SdoError};
 pub use configuration::{
     ConfigurationError, DriveConfiguration, EmergencyReaction, Heartbeats, MAX_SETTINGS, NetworkConfiguration,
     ReadBack, Setting, Settings, SyncPayload, Timeouts,
 };
 pub use cycle::Feedback;
 pub use disturbance::Disturbance;
-pub use error::{CycleError, Emergency, Expected, NodeSet, SdoError, StartError};
+pub use error::{CycleError, Emergency, NodeSet, StartError};
 pub use health::{NetworkHealth, NodeHealth};
 pub use master::DriveNetwork;
 pub use start::{DriveIdentity, Started};

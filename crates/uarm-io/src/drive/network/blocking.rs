@@ -2,15 +2,15 @@
 
 use super::configuration::Setting;
 use super::disturbance::Disturbance;
-use super::error::{Expected, SdoError};
 use super::master::{DriveNetwork, Stage};
 use super::receive::Event;
 use crate::drive::cia402::Statusword;
 use crate::drive::objects::{Object, STATUSWORD};
-use crate::drive::wire;
+use crate::drive::sdo::{self, Expected, Patience, SdoError, SdoPort};
+use crate::frame::Frame;
 use crate::link::Link;
 use crate::time::{Clock, Duration, Instant};
-use canopen_rs::sdo::{SdoAbortCode, SdoClient, SdoEvent, SdoPayload, encode_abort};
+use canopen_rs::sdo::SdoPayload;
 use canopen_rs::{Address, DataType, NmtState, NodeId, Value};
 
 /// A network and the clock by which it waits.
@@ -30,16 +30,6 @@ pub(super) enum Heed {
     /// Nothing: a stop goes on whatever happens.
     Nothing,
 }
-
-/// Command specifiers of SDO responses (CiA 301): the upper three bits of the first byte.
-const SPECIFIER: u8 = 0xE0;
-const UPLOAD_RESPONSE: u8 = 0x40;
-const DOWNLOAD_RESPONSE: u8 = 0x60;
-const ABORT: u8 = 0x80;
-/// An expedited upload response that does not say how many of its four bytes count.
-const UPLOAD_WITHOUT_SIZE: u8 = 0x42;
-/// The longest value that `canopen-rs` transfers is 32 bytes, five segments; empty segments beyond that are nonsense.
-const MOST_EXCHANGES: u8 = 8;
 
 impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
     pub(super) fn new(network: &'a mut DriveNetwork<L, JOINTS>, clock: &'a C) -> Self {
@@ -134,52 +124,16 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
         object: Address,
         data_type: DataType,
     ) -> Result<Value, SdoError<L::Error>> {
-        let expected = Expected::Value(data_type);
-        let value = self.transfer(node, object, expected, |client| client.read(object, data_type))?;
-        value.ok_or(SdoError::Response { node: node.raw(), object, command: DOWNLOAD_RESPONSE, expected })
+        self.address(node);
+        let patience = self.patience();
+        sdo::read(self, patience, node, object, data_type)
     }
 
     /// Writes an object.
     pub(super) fn write(&mut self, node: NodeId, setting: &Setting) -> Result<(), SdoError<L::Error>> {
-        let Setting { address, value, .. } = *setting;
-        self.transfer(node, address, Expected::Confirmation, |client| client.write(address, value)).map(|_| ())
-    }
-
-    /// Reads the statusword.
-    pub(super) fn statusword(&mut self, node: NodeId) -> Result<Statusword, SdoError<L::Error>> {
-        match self.read(node, &STATUSWORD)? {
-            Value::Unsigned16(bits) => Ok(Statusword::from_bits(bits)),
-            _ => Err(SdoError::Response {
-                node: node.raw(),
-                object: STATUSWORD.address(),
-                command: UPLOAD_RESPONSE,
-                expected: Expected::Value(STATUSWORD.data_type),
-            }),
-        }
-    }
-
-    /// Makes a transfer, again after silence as often as the configuration says.
-    fn transfer(
-        &mut self,
-        node: NodeId,
-        object: Address,
-        expected: Expected,
-        begin: impl Fn(&mut SdoClient) -> SdoPayload,
-    ) -> Result<Option<Value>, SdoError<L::Error>> {
-        let attempts = self.sdo_attempts;
         self.address(node);
-        for _ in 0..attempts {
-            let outcome = self.attempt(node, object, expected, &begin)?;
-            self.undisturbed().map_err(SdoError::Disturbed)?;
-            if let Some(outcome) = outcome {
-                return Ok(outcome);
-            }
-            // The drive may still wait for the rest of a transfer: free it.
-            let abort = encode_abort(object, SdoAbortCode::ProtocolTimedOut);
-            self.network.send(&wire::sdo_request_frame(node, &abort))?;
-        }
-        let waited = self.network.configuration.timeouts.sdo;
-        Err(SdoError::Timeout { node: node.raw(), object, waited, attempts })
+        let patience = self.patience();
+        sdo::write(self, patience, node, setting.address, setting.value)
     }
 
     /// Emergencies from before the first SDO to a drive were about its past, such as a heartbeat lost in the last run.
@@ -190,62 +144,46 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
         }
     }
 
-    /// One transfer; `None` after silence.
-    fn attempt(
+    fn patience(&self) -> Patience {
+        Patience { timeout: self.network.configuration.timeouts.sdo, attempts: self.sdo_attempts }
+    }
+
+    /// Reads the statusword.
+    pub(super) fn statusword(&mut self, node: NodeId) -> Result<Statusword, SdoError<L::Error>> {
+        match self.read(node, &STATUSWORD)? {
+            Value::Unsigned16(bits) => Ok(Statusword::from_bits(bits)),
+            _ => Err(SdoError::Response {
+                node: node.raw(),
+                object: STATUSWORD.address(),
+                command: sdo::UPLOAD_RESPONSE,
+                expected: Expected::Value(STATUSWORD.data_type),
+            }),
+        }
+    }
+}
+
+impl<L: Link, C: Clock, const JOINTS: usize> SdoPort for Blocking<'_, L, C, JOINTS> {
+    type Error = L::Error;
+
+    fn bus_is_sound(&self) -> Result<(), Disturbance> {
+        self.undisturbed()
+    }
+
+    fn send_request(&mut self, frame: &Frame) -> Result<(), L::Error> {
+        self.network.send(frame).map(|_| ())
+    }
+
+    /// Sends the master's heartbeats meanwhile.
+    fn await_answer(
         &mut self,
         node: NodeId,
-        object: Address,
-        expected: Expected,
-        begin: &impl Fn(&mut SdoClient) -> SdoPayload,
-    ) -> Result<Option<Option<Value>>, SdoError<L::Error>> {
-        let mut client = SdoClient::new(node);
-        let mut request = begin(&mut client);
-        let mut command = 0;
-        for _ in 0..MOST_EXCHANGES {
-            self.network.send(&wire::sdo_request_frame(node, &request))?;
-            let deadline = self.clock.now() + self.network.configuration.timeouts.sdo;
-            let response = self.wait(deadline, |event| match event {
-                Event::Sdo(from, payload) if *from == node && concerns(payload, object) => Some(*payload),
-                _ => None,
-            })?;
-            let Some(response) = response else { return Ok(None) };
-            let response = sized(response, expected);
-            [command, ..] = response;
-            match client.on_response(&response) {
-                SdoEvent::Send(next) => request = next,
-                SdoEvent::Complete(value) => return Ok(Some(value)),
-                SdoEvent::Aborted(code) if command == ABORT => {
-                    return Err(SdoError::Abort { node: node.raw(), object, code });
-                }
-                // The client's own verdict on an response that it cannot use.
-                SdoEvent::Aborted(_) => break,
-            }
-        }
-        Err(SdoError::Response { node: node.raw(), object, command, expected })
+        timeout: Duration,
+        wanted: impl Fn(&SdoPayload) -> bool,
+    ) -> Result<Option<SdoPayload>, L::Error> {
+        let deadline = self.clock.now() + timeout;
+        self.wait(deadline, |event| match event {
+            Event::Sdo(from, payload) if *from == node && wanted(payload) => Some(*payload),
+            _ => None,
+        })
     }
-}
-
-/// False for a late response about another object. Segments carry no address.
-fn concerns(payload: &[u8; 8], object: Address) -> bool {
-    let [command, low, high, subindex, ..] = *payload;
-    match command & SPECIFIER {
-        UPLOAD_RESPONSE | DOWNLOAD_RESPONSE | ABORT => {
-            Address::new(u16::from_le_bytes([low, high]), subindex) == object
-        }
-        _ => true,
-    }
-}
-
-/// Some drives leave the size out of an expedited response; the type says it.
-fn sized(mut payload: [u8; 8], expected: Expected) -> [u8; 8] {
-    let size = match expected {
-        Expected::Value(data_type) => data_type.fixed_size().and_then(|size| u8::try_from(size).ok()),
-        Expected::Confirmation => None,
-    };
-    if let ([command, ..], Some(size @ 1..=4)) = (&mut payload, size)
-        && *command == UPLOAD_WITHOUT_SIZE
-    {
-        *command |= 1 | (4 - size) << 2;
-    }
-    payload
 }

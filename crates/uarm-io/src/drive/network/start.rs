@@ -2,11 +2,12 @@
 
 use super::blocking::Blocking;
 use super::configuration::{DriveConfiguration, ReadBack, Setting};
-use super::error::{SdoError, StartError};
+use super::error::StartError;
 use super::master::{DriveNetwork, Stage, new_counter};
 use super::receive::Event;
 use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
 use crate::drive::objects::{self, Object};
+use crate::drive::sdo::SdoError;
 use crate::drive::wire::{self, DriveCommand};
 use crate::link::Link;
 use crate::time::{Clock, Duration, Instant};

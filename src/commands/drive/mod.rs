@@ -1,0 +1,36 @@
+//! `uarm drive`: commissioning, one drive or one bus at a time.
+
+mod direction;
+mod node;
+mod patient_link;
+mod scan;
+
+use std::process::ExitCode;
+
+/// Arguments of `uarm drive`.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// The steps of commissioning, a file or folder each.
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// Tell who is on the bus: nodes, identities, NMT states, cyclic traffic, emergencies, masters at work
+    Scan(scan::Arguments),
+    /// Tell which way a joint counts, while somebody turns it with the motor off
+    Direction(direction::Arguments),
+}
+
+/// Runs a step.
+///
+/// # Errors
+/// Whatever made the step fail, with its context.
+pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    match &arguments.command {
+        Command::Scan(arguments) => scan::execute(arguments),
+        Command::Direction(arguments) => direction::execute(arguments),
+    }
+}
