@@ -8,7 +8,7 @@ use std::convert::Infallible;
 use std::hint::black_box;
 use std::time::Duration;
 use uarm_io::drive::cia402::{PowerState, Statusword};
-use uarm_io::drive::network::{DriveConfiguration, DriveNetwork, NetworkConfiguration, Settings};
+use uarm_io::drive::network::{DriveConfiguration, DriveNetwork, NetworkConfiguration};
 use uarm_io::drive::wire::{self, Channel, DriveFeedback};
 use uarm_io::drive::{NmtState, NodeId};
 use uarm_io::frame::Frame;
@@ -63,13 +63,8 @@ impl Link for KernelFrames {
 
 fn network() -> DriveNetwork<KernelFrames, 3> {
     let nodes = [1, 2, 3].map(|node| NodeId::new(node).expect("a node"));
-    let drives = nodes.map(|node| DriveConfiguration {
-        node,
-        encoder_increments: 8000,
-        encoder_revolutions: 1,
-        rated_torque: RatedTorque::from_millinewton_metres(200).expect("a torque"),
-        settings: Settings::new(),
-    });
+    let rated_torque = RatedTorque::from_millinewton_metres(200).expect("a torque");
+    let drives = nodes.map(|node| DriveConfiguration::new(node, 8000, rated_torque));
     let configuration = NetworkConfiguration::new(drives, Duration::from_millis(3)).expect("a network");
     DriveNetwork::new(KernelFrames::new(&nodes), configuration)
 }

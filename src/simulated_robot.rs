@@ -158,7 +158,7 @@ const RATED_CURRENT_MILLIAMPERES: u32 = 1000;
 fn drive(joint: &Joint) -> anyhow::Result<DriveParameters> {
     DriveParameters::new(DriveDescription {
         node: joint.node.raw(),
-        rated_torque: joint.torque_scale.rated_torque.millinewton_metres(),
+        rated_torque: joint.torque_scale.rated_torque.object_value(),
         rated_current: RATED_CURRENT_MILLIAMPERES,
         maximum_torque: u16::try_from(joint.torque_scale.ceiling.per_mille())?,
         direction: joint.encoder.direction,

@@ -38,13 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let rated_torque = RatedTorque::from_millinewton_metres(RATED_TORQUE)?;
     let configuration = NetworkConfiguration::new(
-        drives.map(|drive| DriveConfiguration {
-            node: drive.node(),
-            encoder_increments: COUNTS_PER_REVOLUTION,
-            encoder_revolutions: 1,
-            rated_torque,
-            settings: Default::default(),
-        }),
+        drives.map(|drive| DriveConfiguration::new(drive.node(), COUNTS_PER_REVOLUTION, rated_torque)),
         PERIOD,
     )?;
     let mut clock = VirtualClock::new();

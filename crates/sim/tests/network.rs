@@ -6,6 +6,7 @@ use std::time::Duration;
 use support::{PERIOD, RATED_TORQUE, drives, lockstep, robot};
 use uarm_io::drive::cia402::PowerState;
 use uarm_io::drive::network::{CycleError, DriveConfiguration, NetworkConfiguration, Setting, StartError};
+use uarm_io::drive::wishes::Resolution;
 use uarm_io::drive::{Address, DriveNetwork, NmtState, Value};
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
@@ -15,12 +16,11 @@ use uarm_sim::{Brake, DemPlant, DriveFault, EmulatedRobot, InProcessLink, Joint,
 type Network = DriveNetwork<InProcessLink<EmulatedRobot<DemPlant>, VirtualClock>, 3>;
 
 fn configuration() -> NetworkConfiguration<3> {
-    let drives = drives().map(|drive| DriveConfiguration {
-        node: drive.node(),
-        encoder_increments: drive.encoder().description().counts_per_revolution,
-        encoder_revolutions: 1,
-        rated_torque: RatedTorque::from_millinewton_metres(RATED_TORQUE).unwrap(),
-        settings: [Setting::new(Address::new(0x6072, 0), Value::Unsigned16(900))].into_iter().collect(),
+    let rated_torque = RatedTorque::from_millinewton_metres(RATED_TORQUE).unwrap();
+    let drives = drives().map(|drive| {
+        let counts = drive.encoder().description().counts_per_revolution;
+        let settings = [Setting::new(Address::new(0x6072, 0), Value::Unsigned16(900))].into_iter().collect();
+        DriveConfiguration { settings, ..DriveConfiguration::new(drive.node(), counts, rated_torque) }
     });
     NetworkConfiguration::new(drives, PERIOD).unwrap()
 }
@@ -168,8 +168,8 @@ fn a_drive_that_is_not_the_robot_files_is_refused() {
     let clock = VirtualClock::new();
     let link = InProcessLink::new(robot(lockstep()), clock.clone());
     let mut other = configuration().drives().clone();
-    other[2].encoder_increments = 8_000;
+    other[2].resolution = Resolution::Standard { counts: 8_000 };
     let configuration = NetworkConfiguration::new(other, PERIOD).unwrap();
     let error = DriveNetwork::new(link, configuration).start(&clock).unwrap_err();
-    assert!(matches!(error, StartError::Mismatch { node: 3, .. }), "{error}");
+    assert!(matches!(error, StartError::Refused { node: 3, .. }), "{error}");
 }

@@ -7,6 +7,10 @@
 //! | [`wire`] | identifiers and payloads of every frame |
 //! | [`sdo`] | reading and writing single objects, as a master or as a bystander |
 //! | [`words`] | abort and emergency codes in words |
+//! | [`pdo_objects`] | where the parameters of PDOs stand |
+//! | [`wishes`] | what a robot wants of a drive |
+//! | [`survey`] | what a drive, or its dictionary file, says of itself |
+//! | [`plan`](mod@plan) | from both: what is written, and what is found |
 //! | [`network`] | the master: start, cycle, supervision, stop |
 //! | [`odrive`] | ODrive axes, another protocol: messages and master |
 //! | [`robot_drives`] | what the control loop needs of drives, whatever protocol they speak |
@@ -15,9 +19,13 @@ pub mod cia402;
 pub mod network;
 pub mod objects;
 pub mod odrive;
+pub mod pdo_objects;
+pub mod plan;
 pub mod robot_drives;
 pub mod sdo;
+pub mod survey;
 pub mod wire;
+pub mod wishes;
 pub mod words;
 
 pub use network::DriveNetwork;

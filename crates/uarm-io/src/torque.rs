@@ -2,27 +2,68 @@
 
 use crate::encoder::Direction;
 
-/// A motor's rated torque at the joint, as object 6076h holds it: whole mN·m, above zero.
+/// The unit in which a drive counts its rated torque 6076h: mN·m as CiA 402 says, or µN·m as some makers have it.
+///
+/// With the feature `serde` it is the text `"mNm"` or `"uNm"`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum TorqueUnit {
+    /// mN·m.
+    #[default]
+    #[cfg_attr(feature = "serde", serde(rename = "mNm"))]
+    MillinewtonMetre,
+    /// µN·m.
+    #[cfg_attr(feature = "serde", serde(rename = "uNm"))]
+    MicronewtonMetre,
+}
+
+impl TorqueUnit {
+    /// The unit in N·m.
+    pub const fn newton_metres(self) -> f64 {
+        match self {
+            Self::MillinewtonMetre => 1e-3,
+            Self::MicronewtonMetre => 1e-6,
+        }
+    }
+}
+
+/// A motor's rated torque as object 6076h holds it: a whole number of a unit, above zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RatedTorque(u32);
+pub struct RatedTorque {
+    value: u32,
+    unit: TorqueUnit,
+}
 
 impl RatedTorque {
+    /// A rated torque of `value` units.
+    ///
+    /// # Errors
+    /// [`TorqueError::RatedTorque`] for zero.
+    pub const fn new(value: u32, unit: TorqueUnit) -> Result<Self, TorqueError> {
+        if value == 0 { Err(TorqueError::RatedTorque) } else { Ok(Self { value, unit }) }
+    }
+
     /// A rated torque of `millinewton_metres` mN·m.
     ///
     /// # Errors
     /// [`TorqueError::RatedTorque`] for zero.
     pub const fn from_millinewton_metres(millinewton_metres: u32) -> Result<Self, TorqueError> {
-        if millinewton_metres == 0 { Err(TorqueError::RatedTorque) } else { Ok(Self(millinewton_metres)) }
+        Self::new(millinewton_metres, TorqueUnit::MillinewtonMetre)
     }
 
-    /// The rated torque in mN·m, the unit of 6076h.
-    pub const fn millinewton_metres(self) -> u32 {
-        self.0
+    /// The value of 6076h.
+    pub const fn object_value(self) -> u32 {
+        self.value
+    }
+
+    /// The unit of 6076h.
+    pub const fn unit(self) -> TorqueUnit {
+        self.unit
     }
 
     /// The rated torque in N·m.
     pub fn newton_metres(self) -> f64 {
-        f64::from(self.0) * 1e-3
+        f64::from(self.value) * self.unit.newton_metres()
     }
 
     /// One per mille of it, the step in which torque is commanded, N·m.
@@ -57,7 +98,7 @@ impl TorqueCeiling {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum TorqueError {
     /// A rated torque of zero.
-    #[error("a rated torque of 0 mN·m, expected at least 1")]
+    #[error("a rated torque of 0, expected at least 1 mN·m or µN·m")]
     RatedTorque,
     /// A torque ceiling below 1 per mille.
     #[error("a torque ceiling of {per_mille} per mille, expected 1 to 32767")]
@@ -183,7 +224,7 @@ mod tests {
         }
         assert_eq!(TorqueCeiling::new(-1), Err(TorqueError::Ceiling { per_mille: -1 }));
         assert_eq!(TorqueCeiling::new(1).unwrap().per_mille(), 1);
-        assert_eq!(RatedTorque::from_millinewton_metres(1).unwrap().millinewton_metres(), 1);
+        assert_eq!(RatedTorque::from_millinewton_metres(1).unwrap().object_value(), 1);
     }
 
     #[test]

@@ -1,13 +1,9 @@
 //! What the CANopen master must know of a robot's drives.
 
-use uarm_io::drive::network::{
-    ConfigurationError, DriveConfiguration, Heartbeats, MAX_SETTINGS, NetworkConfiguration, Setting, Timeouts,
-};
+use uarm_io::drive::network::{ConfigurationError, NetworkConfiguration, Timeouts};
+use uarm_io::drive::wishes::{DriveConfiguration, HeartbeatError, Heartbeats, MAX_SETTINGS, Setting};
 
 use crate::robot::{Joint, Robot};
-
-/// 608Fh is a ratio: so many increments in so many revolutions. The description counts one revolution.
-const ENCODER_REVOLUTIONS: u32 = 1;
 
 /// Why a robot's drives cannot be described to the master.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -17,7 +13,7 @@ pub enum NetworkError {
     Configuration(#[from] ConfigurationError),
     /// The heartbeats of the bus are refused.
     #[error("bus: {0}")]
-    Heartbeats(ConfigurationError),
+    Heartbeats(HeartbeatError),
     /// A joint has more objects to write than the master holds.
     #[error("{joint}: {found} objects to write at start, expected at most {MAX_SETTINGS}")]
     Writes {
@@ -51,16 +47,11 @@ impl<const J: usize, const N: usize> Robot<J, N> {
 }
 
 fn drive(joint: &Joint) -> DriveConfiguration {
+    let counts = joint.encoder.counts_per_revolution.get();
+    let settings = joint.writes.iter().take(MAX_SETTINGS).map(|(address, value)| Setting::new(*address, *value));
     DriveConfiguration {
-        node: joint.node,
-        encoder_increments: joint.encoder.counts_per_revolution.get(),
-        encoder_revolutions: ENCODER_REVOLUTIONS,
-        rated_torque: joint.torque_scale.rated_torque,
-        settings: joint
-            .writes
-            .iter()
-            .take(MAX_SETTINGS)
-            .map(|(address, value)| Setting::new(*address, *value))
-            .collect(),
+        torque_ceiling: joint.torque_scale.ceiling,
+        settings: settings.collect(),
+        ..DriveConfiguration::new(joint.node, counts, joint.torque_scale.rated_torque)
     }
 }

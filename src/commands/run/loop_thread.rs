@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use hinf_control::Disturbance;
-use uarm_io::drive::network::{Confirmation, StopReport};
+use uarm_io::drive::network::{Confirmation, DriveStop, LastDefence, StopReport};
 use uarm_io::drive::{DriveNetwork, RobotDrives};
 use uarm_io::link::{Link, ObservedLink};
 use uarm_io::monotonic::MonotonicClock;
@@ -164,14 +164,21 @@ fn describe(stop: &StopReport<JOINTS>) -> String {
     if doubtful.is_empty() {
         return "all drives confirmed power off, brakes closed".to_owned();
     }
-    let nodes: Vec<_> = doubtful.iter().map(|drive| drive.node.to_string()).collect();
-    format!("NOT CONFIRMED by node {}: power off and brakes (its own heartbeat watchdog brakes it)", nodes.join(", "))
+    let drives: Vec<_> = doubtful.iter().map(|drive| format!("node {} ({})", drive.node, defence(drive))).collect();
+    format!("NOT CONFIRMED by {}: power off and brakes", drives.join(", "))
+}
+
+/// What brakes a drive that nobody reaches, as far as it was read back from it.
+const fn defence(drive: &DriveStop) -> &'static str {
+    match drive.last_defence {
+        LastDefence::Heartbeat => "its own heartbeat watchdog brakes it",
+        LastDefence::RpdoTimeout => "its own command timeout brakes it",
+        LastDefence::None => "NOTHING is known that brakes it by itself",
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use uarm_io::drive::network::DriveStop;
-
     use super::*;
 
     #[test]
@@ -183,8 +190,21 @@ mod tests {
         };
         let (confirmed, silent, unsent) = (Confirmation::Confirmed, Confirmation::Unconfirmed, Confirmation::NotSent);
         assert_eq!(told(confirmed, confirmed), "all drives confirmed power off, brakes closed");
-        assert!(told(silent, confirmed).starts_with("NOT CONFIRMED by node 12: power off and brakes"));
-        assert!(told(confirmed, unsent).starts_with("NOT CONFIRMED by node 3: "));
-        assert!(told(silent, unsent).starts_with("NOT CONFIRMED by node 12, 3: "));
+        let nothing = "NOTHING is known that brakes it by itself";
+        assert_eq!(told(silent, confirmed), format!("NOT CONFIRMED by node 12 ({nothing}): power off and brakes"));
+        assert!(told(confirmed, unsent).starts_with("NOT CONFIRMED by node 3 ("));
+        assert!(told(silent, unsent).starts_with(&format!("NOT CONFIRMED by node 12 ({nothing}), node 3 (")));
+    }
+
+    /// Only what was read back from a drive is said of it.
+    #[test]
+    fn a_drives_own_watchdog_is_told_of_a_drive_that_has_one() {
+        let told = |last_defence| {
+            let drive = DriveStop { node: 2, power_off: Confirmation::NotSent, last_defence, ..DriveStop::default() };
+            describe(&StopReport { drives: [drive; 3] })
+        };
+        assert!(told(LastDefence::Heartbeat).contains("its own heartbeat watchdog brakes it"));
+        assert!(told(LastDefence::RpdoTimeout).contains("its own command timeout brakes it"));
+        assert!(!told(LastDefence::None).contains("brakes it,"));
     }
 }

@@ -11,21 +11,20 @@ mod cycle;
 mod disturbance;
 mod error;
 mod health;
+mod learn;
 mod master;
 mod receive;
 mod start;
 mod stop;
 
 pub use super::sdo::{Expected, SdoError};
-pub use configuration::{
-    ConfigurationError, DriveConfiguration, EmergencyReaction, Heartbeats, MAX_SETTINGS, NetworkConfiguration,
-    ReadBack, Setting, Settings, SyncPayload, Timeouts,
-};
+pub use super::wishes::{DriveConfiguration, Heartbeats, MAX_SETTINGS, ReadBack, Setting, Settings, SyncPayload};
+pub use configuration::{ConfigurationError, EmergencyReaction, NetworkConfiguration, Timeouts};
 pub use cycle::Feedback;
 pub use disturbance::Disturbance;
 pub use error::{CycleError, Emergency, NodeSet, StartError};
 pub use health::{NetworkHealth, NodeHealth};
-pub use master::DriveNetwork;
+pub use master::{DriveNetwork, LastDefence};
 pub use start::{DriveIdentity, Started};
 pub use stop::{Confirmation, DriveStop, StopReport};
 

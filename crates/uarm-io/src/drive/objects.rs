@@ -54,7 +54,7 @@ objects! {
     DEVICE_TYPE = 0x1000:0 Unsigned32 "device type";
     /// Bit field of present errors; its bits are those of an emergency message.
     ERROR_REGISTER = 0x1001:0 Unsigned8 "error register";
-    /// Identifier of the SYNC message.
+    /// Identifier of the SYNC message; bit 30 set makes the drive send it.
     SYNC_IDENTIFIER = 0x1005:0 Unsigned32 "COB-ID SYNC";
     /// Identifier of the drive's emergency messages.
     EMERGENCY_IDENTIFIER = 0x1014:0 Unsigned32 "COB-ID EMCY";
@@ -77,6 +77,8 @@ objects! {
     RPDO1_IDENTIFIER = 0x1400:1 Unsigned32 "RPDO1 COB-ID";
     /// Transmission type of RPDO1.
     RPDO1_TRANSMISSION_TYPE = 0x1400:2 Unsigned8 "RPDO1 transmission type";
+    /// After how many ms without RPDO1 the drive reacts; 0 switches it off.
+    RPDO1_EVENT_TIMER = 0x1400:5 Unsigned16 "RPDO1 event timer";
     /// How many objects RPDO1 carries; 0 while the mapping is being changed.
     RPDO1_MAPPED_OBJECTS = 0x1600:0 Unsigned8 "RPDO1 number of mapped objects";
     /// First object of RPDO1.
@@ -114,14 +116,30 @@ objects! {
     TARGET_TORQUE = 0x6071:0 Integer16 "target torque";
     /// The drive's own limit, per mille of the rated torque.
     MAXIMUM_TORQUE = 0x6072:0 Unsigned16 "max torque";
-    /// mN·m.
+    /// The drive's own current limit, per mille of the rated current.
+    MAXIMUM_CURRENT = 0x6073:0 Unsigned16 "max current";
+    /// mA.
+    RATED_CURRENT = 0x6075:0 Unsigned32 "motor rated current";
+    /// mN·m; some makers count µN·m.
     RATED_TORQUE = 0x6076:0 Unsigned32 "motor rated torque";
     /// Per mille of the rated torque.
     TORQUE_ACTUAL = 0x6077:0 Integer16 "torque actual value";
+    /// Signs between motor and position (bit 7), velocity (bit 6) and torque (bit 5); 0 turns nothing round.
+    POLARITY = 0x607E:0 Unsigned8 "polarity";
     /// Counts in [`ENCODER_REVOLUTIONS`] revolutions.
     ENCODER_INCREMENTS = 0x608F:1 Unsigned32 "encoder increments";
     /// Revolutions in which [`ENCODER_INCREMENTS`] are counted; 1 as a rule.
     ENCODER_REVOLUTIONS = 0x608F:2 Unsigned32 "motor revolutions";
+    /// Motor revolutions in [`GEAR_SHAFT_REVOLUTIONS`].
+    GEAR_MOTOR_REVOLUTIONS = 0x6091:1 Unsigned32 "gear ratio, motor revolutions";
+    /// Shaft revolutions in which [`GEAR_MOTOR_REVOLUTIONS`] are made.
+    GEAR_SHAFT_REVOLUTIONS = 0x6091:2 Unsigned32 "gear ratio, shaft revolutions";
+    /// Position units in [`FEED_SHAFT_REVOLUTIONS`].
+    FEED = 0x6092:1 Unsigned32 "feed constant, feed";
+    /// Shaft revolutions in which [`FEED`] is made.
+    FEED_SHAFT_REVOLUTIONS = 0x6092:2 Unsigned32 "feed constant, shaft revolutions";
+    /// How the drive finds its home.
+    HOMING_METHOD = 0x6098:0 Integer8 "homing method";
     /// Mantissa of the cycle time: value · 10^exponent s.
     INTERPOLATION_TIME_VALUE = 0x60C2:1 Unsigned8 "interpolation time period value";
     /// Exponent of the cycle time.
@@ -129,6 +147,18 @@ objects! {
     /// Bit field of the modes that the drive knows; bit 9 is [`CYCLIC_SYNCHRONOUS_TORQUE`].
     SUPPORTED_MODES = 0x6502:0 Unsigned32 "supported drive modes";
 }
+
+/// The objects that a drive need not have; [`crate::drive::plan`] says what comes of their absence.
+pub const OPTIONAL: &[&Object] = &[
+    &MAXIMUM_CURRENT,
+    &RATED_CURRENT,
+    &POLARITY,
+    &GEAR_MOTOR_REVOLUTIONS,
+    &GEAR_SHAFT_REVOLUTIONS,
+    &FEED,
+    &FEED_SHAFT_REVOLUTIONS,
+    &HOMING_METHOD,
+];
 
 /// Low word of [`DEVICE_TYPE`] of a drive: device profile 402.
 pub const DEVICE_PROFILE_CIA402: u16 = 402;

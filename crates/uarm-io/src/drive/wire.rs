@@ -13,7 +13,7 @@
 //! | heartbeat | `700h` + node | NMT state |
 
 use super::cia402::{Controlword, Statusword};
-use super::objects::{CONTROLWORD, Object, POSITION_ACTUAL, STATUSWORD, TARGET_TORQUE};
+use super::objects::{CONTROLWORD, Object, POSITION_ACTUAL, STATUSWORD, TARGET_TORQUE, TORQUE_ACTUAL};
 use crate::frame::Frame;
 use canopen_rs::{ErrorRegister, MappingEntry, NmtCommand, NmtState, TransmissionType, emcy, nmt, sdo, sync};
 use core::fmt;
@@ -46,6 +46,9 @@ pub const TPDO1_MAPPING: [MappingEntry; 2] = [mapping(&STATUSWORD, 16), mapping(
 
 /// What RPDO1 carries, in this order.
 pub const RPDO1_MAPPING: [MappingEntry; 2] = [mapping(&CONTROLWORD, 16), mapping(&TARGET_TORQUE, 16)];
+
+/// What the second TPDO carries, where torque feedback is wanted.
+pub const TORQUE_FEEDBACK_MAPPING: MappingEntry = mapping(&TORQUE_ACTUAL, 16);
 
 const fn mapping(object: &Object, bits: u8) -> MappingEntry {
     MappingEntry::new(object.index, object.subindex, bits)

@@ -6,7 +6,7 @@ use std::convert::Infallible;
 use std::rc::Rc;
 
 use uarm_loop::uarm_io::drive::cia402::{PowerState, Statusword};
-use uarm_loop::uarm_io::drive::network::{DriveConfiguration, NetworkConfiguration, Settings};
+use uarm_loop::uarm_io::drive::network::{DriveConfiguration, NetworkConfiguration};
 use uarm_loop::uarm_io::drive::wire::{Channel, DriveCommand, DriveFeedback, heartbeat_frame};
 use uarm_loop::uarm_io::drive::{DriveNetwork, NmtState, NodeId};
 use uarm_loop::uarm_io::frame::Frame;
@@ -72,13 +72,8 @@ pub struct FakeBus {
 
 /// A master of three such drives.
 pub fn network(clock: &LateClock) -> DriveNetwork<FakeBus, 3> {
-    let drives = [1, 2, 3].map(|node| DriveConfiguration {
-        node: NodeId::new(node).unwrap(),
-        encoder_increments: 36_000,
-        encoder_revolutions: 1,
-        rated_torque: RatedTorque::from_millinewton_metres(200).unwrap(),
-        settings: Settings::new(),
-    });
+    let rated_torque = RatedTorque::from_millinewton_metres(200).unwrap();
+    let drives = [1, 2, 3].map(|node| DriveConfiguration::new(NodeId::new(node).unwrap(), 36_000, rated_torque));
     let bus = FakeBus {
         clock: clock.clone(),
         queue: VecDeque::new(),

@@ -1,12 +1,12 @@
 //! Waiting and SDO transfers, for start and stop.
 
-use super::configuration::Setting;
 use super::disturbance::Disturbance;
 use super::master::{DriveNetwork, Stage};
 use super::receive::Event;
 use crate::drive::cia402::Statusword;
 use crate::drive::objects::{Object, STATUSWORD};
 use crate::drive::sdo::{self, Expected, Patience, SdoError, SdoPort};
+use crate::drive::wishes::Setting;
 use crate::frame::Frame;
 use crate::link::Link;
 use crate::time::{Clock, Duration, Instant};
@@ -51,6 +51,7 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
         loop {
             let now = self.clock.now();
             self.network.produce_heartbeat(now)?;
+            self.network.repeat_commands(now)?;
             let wake = deadline.min(self.network.next_heartbeat);
             match self.network.link.receive(wake)? {
                 Some(received) => {

@@ -2,6 +2,7 @@
 
 use super::disturbance::Disturbance;
 use crate::drive::cia402::{PowerState, Statusword};
+use crate::drive::plan::Finding;
 use crate::drive::sdo::SdoError;
 use crate::drive::words::{self, Named, Shown};
 use canopen_rs::{Address, EmergencyMessage, NmtState, Value};
@@ -69,6 +70,24 @@ pub enum StartError<E> {
         expected: Value,
         /// The value read.
         found: Value,
+    },
+    /// The drive cannot be run as the configuration says.
+    #[error("node {node}: {finding}")]
+    Refused {
+        /// The drive's node id.
+        node: u8,
+        /// What was found, what was expected, and what helps.
+        finding: Finding,
+    },
+    /// The drive bore the absence of its commands.
+    #[error(
+        "node {node} got no command for {waited:?} and did not react, expected a fault: its timeout 1400h:05 acts only when it is enabled, or not at all; try that by hand and say how in drive.watchdog_test"
+    )]
+    WatchdogSilent {
+        /// The drive's node id.
+        node: u8,
+        /// Time waited.
+        waited: Duration,
     },
     /// The drive did not become operational.
     #[error("node {node} reports {}, expected NMT Operational", OptionalState(*.found))]

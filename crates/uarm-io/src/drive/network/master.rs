@@ -4,11 +4,14 @@ use super::configuration::NetworkConfiguration;
 use super::disturbance::Disturbance;
 use super::health::{NetworkHealth, NodeHealth};
 use crate::drive::cia402::Controlword;
-use crate::drive::wire::{self, DriveCommand, DriveFeedback, EmergencyMessage, SyncCounter};
+use crate::drive::wire::{self, Channel, DriveCommand, DriveFeedback, EmergencyMessage, SyncCounter};
+use crate::drive::wishes::{DriveConfiguration, Watchdog};
 use crate::frame::Frame;
 use crate::link::Link;
 use crate::time::Instant;
 use canopen_rs::NodeId;
+use core::time::Duration;
+use embedded_can::StandardId;
 
 /// The master of `JOINTS` drives on the link `L`.
 #[derive(Debug)]
@@ -16,6 +19,7 @@ pub struct DriveNetwork<L: Link, const JOINTS: usize> {
     pub(super) link: L,
     pub(super) configuration: NetworkConfiguration<JOINTS>,
     pub(super) nodes: [Node; JOINTS],
+    /// `None` for a SYNC without counter.
     pub(super) sync_counter: Option<SyncCounter>,
     pub(super) sync_at: Instant,
     pub(super) next_heartbeat: Instant,
@@ -29,6 +33,16 @@ pub struct DriveNetwork<L: Link, const JOINTS: usize> {
 pub(super) struct Node {
     pub(super) id: NodeId,
     pub(super) stage: Stage,
+    /// The identifier of its commands.
+    pub(super) command_identifier: StandardId,
+    /// The identifier of its feedback.
+    pub(super) feedback_identifier: StandardId,
+    /// How often it must get a command, where it watches that.
+    pub(super) command_period: Option<Duration>,
+    /// When the last command was sent; `None` while it gets none.
+    pub(super) commanded_at: Option<Instant>,
+    /// What makes it brake by itself, as far as it was read back.
+    pub(super) last_defence: LastDefence,
     /// Its feedback for the last SYNC.
     pub(super) fresh: Option<DriveFeedback>,
     /// The deadline for that feedback has passed without it.
@@ -51,6 +65,46 @@ pub(super) enum Stage {
     Addressed,
 }
 
+/// What makes a drive brake by itself when its master is gone, read back from the drive since it last booted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LastDefence {
+    /// Nothing that was read back.
+    #[default]
+    None,
+    /// The master's heartbeat: 1016h, and 6007h or what the robot file says in its place.
+    Heartbeat,
+    /// The timeout of its commands: 1400h:05.
+    RpdoTimeout,
+}
+
+/// A drive that watches its commands gets one so many times within its timeout while the master waits.
+const COMMANDS_PER_TIMEOUT: u32 = 3;
+
+impl Node {
+    fn new(drive: &DriveConfiguration) -> Self {
+        let command_period = match drive.watchdog {
+            Watchdog::Heartbeat => None,
+            Watchdog::RpdoTimeout { milliseconds, .. } => {
+                Some(Duration::from_millis(milliseconds.into()) / COMMANDS_PER_TIMEOUT)
+            }
+        };
+        Self {
+            id: drive.node,
+            stage: Stage::Unknown,
+            command_identifier: drive.pdos.command.identifier,
+            feedback_identifier: drive.pdos.feedback.identifier,
+            command_period,
+            commanded_at: None,
+            last_defence: LastDefence::None,
+            fresh: None,
+            missed: false,
+            alarm: None,
+            controlword: Controlword::default(),
+            health: NodeHealth { node: drive.node.raw(), ..NodeHealth::default() },
+        }
+    }
+}
+
 /// Frames counted for the whole network.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Traffic {
@@ -63,18 +117,10 @@ pub(super) struct Traffic {
 impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// A master that has sent nothing yet.
     pub fn new(link: L, configuration: NetworkConfiguration<JOINTS>) -> Self {
-        let nodes = configuration.drives().each_ref().map(|drive| Node {
-            id: drive.node,
-            stage: Stage::Unknown,
-            fresh: None,
-            missed: false,
-            alarm: None,
-            controlword: Controlword::default(),
-            health: NodeHealth { node: drive.node.raw(), ..NodeHealth::default() },
-        });
+        let nodes = configuration.drives().each_ref().map(Node::new);
         Self {
             link,
-            sync_counter: new_counter(&configuration),
+            sync_counter: SyncCounter::new(configuration.sync_counter.payload(true).overflow()).ok(),
             configuration,
             nodes,
             sync_at: Instant::default(),
@@ -123,12 +169,27 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
 
     /// Sends a command to the drive of `id`.
     pub(super) fn command(&mut self, id: NodeId, command: &DriveCommand) -> Result<Instant, L::Error> {
-        let at = self.send(&command.frame(id))?;
+        let predefined = Channel::Rpdo1(id).identifier();
+        let identifier = self.node_mut(id).map_or(predefined, |node| node.command_identifier);
+        let at = self.send(&Frame::with(identifier, command.encode()))?;
         if let Some(node) = self.node_mut(id) {
             node.health.commands += 1;
             node.controlword = command.controlword;
+            node.commanded_at = Some(at);
         }
         Ok(at)
+    }
+
+    /// Repeats the last command, with no torque, to each drive that watches its commands and is due for one.
+    pub(super) fn repeat_commands(&mut self, now: Instant) -> Result<(), L::Error> {
+        for position in 0..JOINTS {
+            let Some(node) = self.nodes.get(position).copied() else { break };
+            let due = node.command_period.zip(node.commanded_at).is_some_and(|(period, at)| now.since(at) >= period);
+            if due {
+                self.command(node.id, &DriveCommand { controlword: node.controlword, target_torque: 0 })?;
+            }
+        }
+        Ok(())
     }
 
     pub(super) fn node_mut(&mut self, id: NodeId) -> Option<&mut Node> {
@@ -148,9 +209,4 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         }
         Ok(())
     }
-}
-
-/// A counter that starts again at 1; `None`, like an overflow of 0, stands for SYNCs without one.
-pub(super) fn new_counter<const JOINTS: usize>(configuration: &NetworkConfiguration<JOINTS>) -> Option<SyncCounter> {
-    SyncCounter::new(configuration.sync_payload.overflow()).ok()
 }

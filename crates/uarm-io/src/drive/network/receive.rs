@@ -2,7 +2,7 @@
 
 use super::disturbance::Disturbance;
 use super::health::arrived;
-use super::master::{DriveNetwork, Node, Stage};
+use super::master::{DriveNetwork, LastDefence, Node, Stage};
 use crate::drive::cia402::{Command, Controlword};
 use crate::drive::wire::{self, Channel, DriveFeedback, EmergencyMessage};
 use crate::link::{Link, Received};
@@ -62,10 +62,17 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
 
     /// The channel of a frame and the drive that sent it; `None` if none of ours can have.
     fn sender(&mut self, received: &Received) -> Option<(Channel, &mut Node)> {
-        let channel = Channel::of(received.frame.id())?;
+        let identifier = received.frame.id();
+        if let Some(position) = self.nodes.iter().position(|node| node.feedback_identifier == identifier) {
+            let node = self.nodes.get_mut(position)?;
+            return Some((Channel::Tpdo1(node.id), node));
+        }
+        let channel = Channel::of(identifier)?;
         let id = match channel {
-            Channel::Emergency(id) | Channel::Tpdo1(id) | Channel::SdoResponse(id) | Channel::Heartbeat(id) => id,
-            Channel::NmtCommand | Channel::Sync | Channel::Rpdo1(_) | Channel::SdoRequest(_) => return None,
+            Channel::Emergency(id) | Channel::SdoResponse(id) | Channel::Heartbeat(id) => id,
+            Channel::NmtCommand | Channel::Sync | Channel::Tpdo1(_) | Channel::Rpdo1(_) | Channel::SdoRequest(_) => {
+                return None;
+            }
         };
         Some((channel, self.node_mut(id)?))
     }
@@ -101,6 +108,10 @@ impl Node {
     }
 
     fn heartbeat(&mut self, state: NmtState, at: Instant) -> Event {
+        if state == NmtState::Initialising {
+            // Whatever was set in it is gone.
+            self.last_defence = LastDefence::None;
+        }
         let health = &mut self.health;
         health.heartbeats += 1;
         health.nmt_state = Some(state);

@@ -1,23 +1,28 @@
 //! From power-on to *Operation enabled*.
 
 use super::blocking::Blocking;
-use super::configuration::{DriveConfiguration, ReadBack, Setting};
 use super::error::StartError;
-use super::master::{DriveNetwork, Stage, new_counter};
+use super::master::{DriveNetwork, LastDefence, Stage};
 use super::receive::Event;
 use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
 use crate::drive::objects::{self, Object};
-use crate::drive::sdo::SdoError;
-use crate::drive::wire::{self, DriveCommand};
+use crate::drive::plan::Findings;
+use crate::drive::survey::Survey;
+use crate::drive::wire::{self, DriveCommand, SyncCounter};
+use crate::drive::wishes::{DriveConfiguration, Protocol, SyncPayload, Watchdog, WatchdogTest};
 use crate::link::Link;
 use crate::time::{Clock, Duration, Instant};
 use canopen_rs::{NmtCommand, NmtState, NodeId, Value};
 
 /// What the drives said of themselves at start, joint 1 first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Started<const JOINTS: usize> {
     /// Each drive.
     pub drives: [DriveIdentity; JOINTS],
+    /// What was found in each drive.
+    pub findings: [Findings; JOINTS],
+    /// The SYNC that all drives take.
+    pub sync_payload: SyncPayload,
 }
 
 /// What a drive says of itself.
@@ -35,19 +40,33 @@ pub struct DriveIdentity {
     pub position: i32,
 }
 
+impl DriveIdentity {
+    /// What a survey says of it.
+    fn of(survey: &Survey) -> Self {
+        let number = |object: &Object| survey.number(object).and_then(|number| u32::try_from(number).ok());
+        let position = survey.number(&objects::POSITION_ACTUAL);
+        Self {
+            vendor: number(&objects::VENDOR_ID),
+            product: number(&objects::PRODUCT_CODE),
+            revision: number(&objects::REVISION_NUMBER),
+            serial: number(&objects::SERIAL_NUMBER),
+            position: position.and_then(|position| i32::try_from(position).ok()).unwrap_or_default(),
+        }
+    }
+}
+
 impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// Resets, configures and enables all drives; blocks.
     ///
-    /// NMT reset communication and boot-up; per drive: device type, the settings of its configuration, those of the
-    /// protocol, each read back, then 608Fh and 6076h compared; NMT start; CiA 402 to *Switched on*, and when all are
-    /// there, to *Operation enabled*, where brakes open; mode of operation 6061h. All torques are zero, and no SYNC is
-    /// sent: the first belongs to the loop. From here on the caller owes a [`DriveNetwork::housekeeping`] at least once
-    /// per master heartbeat.
+    /// NMT reset communication and boot-up; each drive is read, judged by [`crate::drive::plan()`], written where it
+    /// differs, and read again; NMT start; CiA 402 to *Switched on* and mode of operation 6061h; when all are there, to
+    /// *Operation enabled*, where brakes open, and 6061h again. All torques are zero, and no SYNC is sent: the first
+    /// belongs to the loop. From here on the caller owes a [`DriveNetwork::housekeeping`] at least once per master
+    /// heartbeat.
     ///
     /// # Errors
     /// [`StartError`]; call [`DriveNetwork::stop`] then, since some drives may be enabled.
     pub fn start<C: Clock>(&mut self, clock: &C) -> Result<Started<JOINTS>, StartError<L::Error>> {
-        self.sync_counter = new_counter(&self.configuration);
         Blocking::new(self, clock).start()
     }
 }
@@ -59,26 +78,41 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     pub(super) fn start(&mut self) -> Outcome<Started<JOINTS>, L> {
         self.network.drain()?;
         self.boot()?;
+        for node in self.nodes() {
+            self.check_profile(node)?;
+        }
+        let sync_payload = self.choose_sync()?;
+        self.network.sync_counter = SyncCounter::new(sync_payload.overflow()).ok();
+        let protocol = self.network.configuration.protocol(sync_payload);
         let mut drives = [DriveIdentity::default(); JOINTS];
+        let mut findings = core::array::from_fn(|_| Findings::new());
         // Taken by position, since `self` is borrowed while a drive is set up.
-        for (joint, identity) in drives.iter_mut().enumerate() {
+        for (joint, (identity, found)) in drives.iter_mut().zip(&mut findings).enumerate() {
             let Some(drive) = self.network.configuration.drives().get(joint).cloned() else { break };
-            *identity = self.set_up(&drive)?;
+            (*identity, *found) = self.set_up(&drive, &protocol)?;
         }
         self.operate()?;
+        self.enable()?;
+        self.forget_feedback();
+        Ok(Started { drives, findings, sync_payload })
+    }
+
+    /// All drives to *Operation enabled*, in the mode that was written, each step by all before the next.
+    fn enable(&mut self) -> Outcome<(), L> {
         for wanted in [PowerState::SwitchedOn, PowerState::OperationEnabled] {
             for node in self.nodes() {
                 self.bring_to(node, wanted)?;
             }
             self.unalarmed()?;
+            for node in self.nodes() {
+                self.check_mode(node)?;
+            }
+            if wanted == PowerState::SwitchedOn {
+                self.try_watchdogs()?;
+            }
+            self.unalarmed()?;
         }
-        for node in self.nodes() {
-            let expected = Value::Integer8(objects::CYCLIC_SYNCHRONOUS_TORQUE);
-            self.compare(node, &objects::MODE_OF_OPERATION_DISPLAY, expected)?;
-        }
-        self.unalarmed()?;
-        self.forget_feedback();
-        Ok(Started { drives })
+        Ok(())
     }
 
     /// Resets all drives and waits for their boot-up messages.
@@ -86,6 +120,8 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         for node in &mut self.network.nodes {
             node.health.nmt_state = None;
             node.stage = Stage::Unknown;
+            node.commanded_at = None;
+            node.last_defence = LastDefence::None;
         }
         self.network.disturbance = None;
         for node in self.nodes() {
@@ -112,9 +148,14 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         Ok(seen.is_some())
     }
 
-    /// Writes and checks everything in one drive.
-    fn set_up(&mut self, drive: &DriveConfiguration) -> Outcome<DriveIdentity, L> {
-        let node = drive.node;
+    /// Reads, writes and checks everything in one drive.
+    fn set_up(&mut self, drive: &DriveConfiguration, protocol: &Protocol) -> Outcome<(DriveIdentity, Findings), L> {
+        let (survey, plan) = self.configure(drive, protocol)?;
+        Ok((DriveIdentity::of(&survey), plan.findings))
+    }
+
+    /// Refuses what is no drive, before anything else is asked of it.
+    fn check_profile(&mut self, node: NodeId) -> Outcome<(), L> {
         if let Value::Unsigned32(device_type) = self.read(node, &objects::DEVICE_TYPE)? {
             let [low, high, ..] = device_type.to_le_bytes();
             let profile = u16::from_le_bytes([low, high]);
@@ -122,62 +163,59 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
                 return Err(StartError::NotADrive { node: node.raw(), profile });
             }
         }
-        for setting in &drive.settings {
-            self.set(node, setting)?;
-        }
-        for setting in self.network.configuration.protocol_settings(node) {
-            self.set(node, &setting)?;
-        }
-        self.compare(node, &objects::ENCODER_INCREMENTS, Value::Unsigned32(drive.encoder_increments))?;
-        self.compare(node, &objects::ENCODER_REVOLUTIONS, Value::Unsigned32(drive.encoder_revolutions))?;
-        let rated_torque = drive.rated_torque.millinewton_metres();
-        self.compare(node, &objects::RATED_TORQUE, Value::Unsigned32(rated_torque))?;
-        self.identify(node)
+        Ok(())
     }
 
-    fn set(&mut self, node: NodeId, setting: &Setting) -> Outcome<(), L> {
-        self.write(node, setting)?;
-        if setting.read_back == ReadBack::Skipped {
-            return Ok(());
-        }
-        let Setting { address, value: written, .. } = *setting;
-        let found = self.read_at(node, address, written.data_type())?;
-        if setting.agrees(found) {
-            Ok(())
-        } else {
-            Err(StartError::ReadBack { node: node.raw(), object: address, written, found })
+    /// Waits until the drive shows the mode that was written.
+    fn check_mode(&mut self, node: NodeId) -> Outcome<(), L> {
+        let expected = Value::Integer8(objects::CYCLIC_SYNCHRONOUS_TORQUE);
+        let object = &objects::MODE_OF_OPERATION_DISPLAY;
+        let deadline = self.clock.now() + self.network.configuration.timeouts.nmt;
+        loop {
+            let found = self.read(node, object)?;
+            if found == expected {
+                return Ok(());
+            }
+            if self.clock.now() >= deadline {
+                return Err(StartError::Mismatch { node: node.raw(), object: object.address(), expected, found });
+            }
+            self.pause(self.network.configuration.timeouts.power_poll)?;
         }
     }
 
-    fn compare(&mut self, node: NodeId, object: &Object, expected: Value) -> Outcome<(), L> {
-        let found = self.read(node, object)?;
-        if found == expected {
-            Ok(())
-        } else {
-            Err(StartError::Mismatch { node: node.raw(), object: object.address(), expected, found })
+    /// Lets the commands of each drive that watches them fail to come, once, and sees it react. Brakes are closed.
+    fn try_watchdogs(&mut self) -> Outcome<(), L> {
+        for joint in 0..JOINTS {
+            let Some(drive) = self.network.configuration.drives().get(joint) else { break };
+            let node = drive.node;
+            if let Watchdog::RpdoTimeout { milliseconds, test: WatchdogTest::AtStart } = drive.watchdog {
+                self.try_watchdog(node, Duration::from_millis(milliseconds.into()))?;
+                self.bring_to(node, PowerState::SwitchedOn)?;
+                // The emergency of this fault was asked for.
+                if let Some(node) = self.network.node_mut(node) {
+                    node.alarm = None;
+                }
+            }
         }
+        Ok(())
     }
 
-    fn identify(&mut self, node: NodeId) -> Outcome<DriveIdentity, L> {
-        let position = match self.read(node, &objects::POSITION_ACTUAL)? {
-            Value::Integer32(position) => position,
-            _ => 0,
-        };
-        Ok(DriveIdentity {
-            vendor: self.optional(node, &objects::VENDOR_ID)?,
-            product: self.optional(node, &objects::PRODUCT_CODE)?,
-            revision: self.optional(node, &objects::REVISION_NUMBER)?,
-            serial: self.optional(node, &objects::SERIAL_NUMBER)?,
-            position,
-        })
-    }
-
-    /// A number that a drive need not have.
-    fn optional(&mut self, node: NodeId, object: &Object) -> Outcome<Option<u32>, L> {
-        match self.read(node, object) {
-            Ok(Value::Unsigned32(value)) => Ok(Some(value)),
-            Ok(_) | Err(SdoError::Abort { .. }) => Ok(None),
-            Err(error) => Err(error.into()),
+    fn try_watchdog(&mut self, node: NodeId, timeout: Duration) -> Outcome<(), L> {
+        /// A drive may look at its timers as seldom as this.
+        const MARGIN: Duration = Duration::from_millis(100);
+        let waited = timeout * 2 + MARGIN;
+        let deadline = self.clock.now() + waited;
+        if let Some(node) = self.network.node_mut(node) {
+            node.commanded_at = None;
+        }
+        loop {
+            if self.statusword(node)?.state() != Some(PowerState::SwitchedOn) {
+                return Ok(());
+            }
+            if self.clock.now() >= deadline {
+                return Err(StartError::WatchdogSilent { node: node.raw(), waited });
+            }
+            self.pause(self.network.configuration.timeouts.power_poll)?;
         }
     }
 

@@ -1,7 +1,7 @@
 //! From any state to brakes closed, as well as it can be done.
 
 use super::blocking::{Blocking, Heed};
-use super::master::DriveNetwork;
+use super::master::{DriveNetwork, LastDefence};
 use crate::drive::cia402::{Command, Controlword, PowerState};
 use crate::drive::wire::{self, DriveCommand};
 use crate::link::Link;
@@ -31,6 +31,8 @@ pub struct DriveStop {
     pub power_off: Confirmation,
     /// NMT Stopped.
     pub nmt_stop: Confirmation,
+    /// What makes it brake by itself, if none of this arrived.
+    pub last_defence: LastDefence,
 }
 
 /// How all drives were stopped, joint 1 first.
@@ -67,7 +69,11 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
             matches!(state, PowerState::SwitchOnDisabled | PowerState::NotReadyToSwitchOn | PowerState::Fault)
         });
         let nmt_stop = self.stop_nodes();
-        let mut drives = self.network.nodes.map(|node| DriveStop { node: node.health.node, ..DriveStop::default() });
+        let mut drives = self.network.nodes.map(|node| DriveStop {
+            node: node.health.node,
+            last_defence: node.last_defence,
+            ..DriveStop::default()
+        });
         let steps = quick_stop.into_iter().zip(power_off).zip(nmt_stop);
         for (drive, ((quick_stop, power_off), nmt_stop)) in drives.iter_mut().zip(steps) {
             *drive = DriveStop { quick_stop, power_off, nmt_stop, ..*drive };

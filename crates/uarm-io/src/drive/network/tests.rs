@@ -12,13 +12,8 @@ use canopen_rs::NodeId;
 const PERIOD: Duration = Duration::from_millis(3);
 
 fn drive(node: u8) -> DriveConfiguration {
-    DriveConfiguration {
-        node: NodeId::new(node).unwrap(),
-        encoder_increments: 8000,
-        encoder_revolutions: 1,
-        rated_torque: RatedTorque::from_millinewton_metres(200).unwrap(),
-        settings: heapless::Vec::new(),
-    }
+    let rated_torque = RatedTorque::from_millinewton_metres(200).unwrap();
+    DriveConfiguration::new(NodeId::new(node).unwrap(), 8000, rated_torque)
 }
 
 fn configuration() -> NetworkConfiguration<3> {

@@ -6,8 +6,9 @@ use crate::drive::wire::{self, Channel, DriveCommand, DriveFeedback, EmergencyMe
 use crate::frame::Frame;
 use crate::link::{Link, LinkError, LinkErrorKind, Received};
 use crate::time::{Clock, Duration, Instant};
-use canopen_rs::sdo::SdoServer;
+use canopen_rs::sdo::{SdoAbortCode, SdoServer, encode_abort};
 use canopen_rs::{Address, Entry, NmtCommand, NmtState, NodeId, ObjectDictionary, Value};
+use embedded_can::StandardId;
 use std::cell::Cell;
 use std::rc::Rc;
 use std::vec::Vec;
@@ -47,6 +48,8 @@ pub struct Script {
     pub shows_mode: Option<i8>,
     /// Stays silent on NMT start.
     pub ignores_nmt_start: bool,
+    /// Goes to *Fault* when RPDO1 does not come within 1400h:05.
+    pub faults_without_commands: bool,
 }
 
 #[derive(Debug)]
@@ -58,6 +61,11 @@ pub struct FakeDrive {
     pub nmt: NmtState,
     pub position: i32,
     pub commands: Vec<DriveCommand>,
+    /// Objects that it does not have.
+    pub lacks: Vec<Address>,
+    /// How often its commands failed to come.
+    pub timeouts: u32,
+    commanded_at: Option<Instant>,
     controlword: Controlword,
     server: SdoServer,
     heartbeat_due: Instant,
@@ -66,7 +74,7 @@ pub struct FakeDrive {
 impl FakeDrive {
     pub fn new(node: u8) -> Self {
         let mut dictionary = ObjectDictionary::new();
-        for object in ALL {
+        for object in ALL.iter().filter(|object| !OPTIONAL.contains(object)) {
             let value = Value::decode_le(object.data_type, &[0; 8][..object.data_type.size()]).unwrap();
             dictionary.insert(object.address(), Entry::rw(value)).unwrap();
         }
@@ -76,11 +84,17 @@ impl FakeDrive {
             (ENCODER_REVOLUTIONS, Value::Unsigned32(1)),
             (RATED_TORQUE, Value::Unsigned32(200)),
             (VENDOR_ID, Value::Unsigned32(0x55)),
+            (SUPPORTED_MODES, Value::Unsigned32(CYCLIC_SYNCHRONOUS_TORQUE_BIT)),
         ];
         for (object, value) in constants {
             dictionary.insert(object.address(), Entry::constant(value)).unwrap();
         }
+        dictionary.set(ABORT_CONNECTION_OPTION.address(), Value::Integer16(1)).unwrap();
         let node = NodeId::new(node).unwrap();
+        for (object, channel) in [(RPDO1_IDENTIFIER, Channel::Rpdo1(node)), (TPDO1_IDENTIFIER, Channel::Tpdo1(node))] {
+            let identifier = Value::Unsigned32(channel.identifier().as_raw().into());
+            dictionary.set(object.address(), identifier).unwrap();
+        }
         Self {
             node,
             script: Script::default(),
@@ -89,6 +103,9 @@ impl FakeDrive {
             nmt: NmtState::PreOperational,
             position: 0,
             commands: Vec::new(),
+            lacks: Vec::new(),
+            timeouts: 0,
+            commanded_at: None,
             controlword: Controlword::default(),
             server: SdoServer::new(node),
             heartbeat_due: Instant::from_nanoseconds(u64::MAX),
@@ -102,6 +119,24 @@ impl FakeDrive {
         }
     }
 
+    fn identifier(&self, object: &Object) -> u16 {
+        match self.dictionary.read(object.address()) {
+            Ok(Value::Unsigned32(identifier)) => (identifier & 0x7FF) as u16,
+            _ => 0,
+        }
+    }
+
+    /// Goes to *Fault* if its commands failed to come.
+    fn watch_commands(&mut self, now: Instant) {
+        let Ok(Value::Unsigned16(timeout @ 1..)) = self.dictionary.read(RPDO1_EVENT_TIMER.address()) else { return };
+        let missed = self.commanded_at.is_some_and(|at| now.since(at) > Duration::from_millis(timeout.into()));
+        if missed && self.script.faults_without_commands {
+            self.commanded_at = None;
+            self.timeouts += 1;
+            self.power = PowerState::Fault;
+        }
+    }
+
     /// What the drive sends, and how long after `now`, in answer to a frame.
     fn on_frame(&mut self, frame: &Frame, now: Instant) -> Vec<(Duration, Frame)> {
         let at_once = |frame| std::vec![(Duration::ZERO, frame)];
@@ -110,7 +145,8 @@ impl FakeDrive {
             Some(Channel::SdoRequest(node)) if node == self.node && self.nmt != NmtState::Stopped => {
                 self.on_sdo(frame).map(at_once).unwrap_or_default()
             }
-            Some(Channel::Rpdo1(node)) if node == self.node && self.nmt == NmtState::Operational => {
+            _ if frame.id().as_raw() == self.identifier(&RPDO1_IDENTIFIER) && self.nmt == NmtState::Operational => {
+                self.commanded_at = Some(now);
                 self.on_command(DriveCommand::decode(frame.data()).unwrap());
                 Vec::new()
             }
@@ -120,7 +156,8 @@ impl FakeDrive {
                     return Vec::new();
                 }
                 let feedback = DriveFeedback { statusword: Statusword::of(self.power), position: self.position };
-                std::vec![(self.script.feedback_delay, feedback.frame(self.node))]
+                let identifier = StandardId::new(self.identifier(&TPDO1_IDENTIFIER)).unwrap();
+                std::vec![(self.script.feedback_delay, Frame::with(identifier, feedback.encode()))]
             }
             _ => Vec::new(),
         }
@@ -154,6 +191,10 @@ impl FakeDrive {
         if self.script.mute_object == Some(address) {
             return None;
         }
+        if self.lacks.contains(&address) {
+            let absent = encode_abort(address, SdoAbortCode::ObjectDoesNotExist);
+            return Some(wire::sdo_response_frame(self.node, &absent));
+        }
         let status = Value::Unsigned16(Statusword::of(self.power).bits());
         self.dictionary.set(STATUSWORD.address(), status).unwrap();
         self.dictionary.set(POSITION_ACTUAL.address(), Value::Integer32(self.position)).unwrap();
@@ -182,6 +223,7 @@ impl FakeDrive {
     }
 
     fn on_time(&mut self, now: Instant) -> Option<Frame> {
+        self.watch_commands(now);
         let period = self.heartbeat_period()?;
         if self.heartbeat_due.nanoseconds() == u64::MAX {
             self.heartbeat_due = now;
@@ -203,7 +245,7 @@ pub struct FakeBus {
     pub clock: VirtualClock,
     pub drives: Vec<FakeDrive>,
     pub sent: Vec<Frame>,
-    /// What somebody else sends when the master asks a node for an object, once.
+    /// What somebody else sends when the master asks a node for an object, once; for 6061h when the node is enabled.
     pub meanwhile: Option<(u8, Address, Frame)>,
     /// Frames are stamped when they are read, not when they came.
     pub stamps_on_reading: bool,
@@ -238,7 +280,9 @@ impl FakeBus {
         let Some((node, object, answer)) = self.meanwhile else { return };
         let request = Channel::of(frame.id()) == NodeId::new(node).ok().map(Channel::SdoRequest);
         let [low, high] = object.index.to_le_bytes();
-        if request && frame.data()[1..4] == [low, high, object.subindex] {
+        let enabled = |drive: &FakeDrive| drive.node.raw() == node && drive.power == PowerState::OperationEnabled;
+        let early = object == MODE_OF_OPERATION_DISPLAY.address() && !self.drives.iter().any(enabled);
+        if request && !early && frame.data()[1..4] == [low, high, object.subindex] {
             self.meanwhile = None;
             self.deliver(&answer);
             self.inject(self.clock.now(), answer);

@@ -1,8 +1,11 @@
 use super::bus::enabling;
 use super::*;
 use crate::drive::cia402::PowerState;
+use crate::drive::network::LastDefence;
 use crate::drive::objects::*;
+use crate::drive::survey::Answer;
 use crate::drive::wire::Channel;
+use crate::drive::wishes::{HeartbeatError, SyncCounterChoice, Watchdog, WatchdogTest};
 use crate::time::Clock;
 use canopen_rs::{Address, Entry, NmtState, Value};
 use proptest::prelude::*;
@@ -92,7 +95,7 @@ fn settings_of_the_robot_file_are_written_and_read_back() {
     let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
     start(&mut network).unwrap();
     assert_eq!(value(&network, 2, &ABORT_CONNECTION_OPTION), Value::Integer16(3));
-    assert_eq!(value(&network, 1, &ABORT_CONNECTION_OPTION), Value::Integer16(0));
+    assert_eq!(value(&network, 1, &ABORT_CONNECTION_OPTION), Value::Integer16(1));
 }
 
 #[test]
@@ -135,8 +138,8 @@ fn another_encoder_or_motor_is_refused_with_both_values() {
         network.link_mut().drives[2].dictionary.insert(object.address(), entry).unwrap();
         let error = start(&mut network).unwrap_err();
         assert!(
-            matches!(error, StartError::Mismatch { node: 3, object: at, found: Value::Unsigned32(value), .. }
-                if at == object.address() && value == found),
+            matches!(error, StartError::Refused { node: 3, finding }
+                if finding.object == object.address() && finding.found == Answer::Number(found.into())),
             "{error}"
         );
     }
@@ -149,7 +152,8 @@ fn a_mismatch_reads_well() {
     network.link_mut().drives[2].dictionary.insert(ENCODER_INCREMENTS.address(), entry).unwrap();
     assert_eq!(
         format!("{}", start(&mut network).unwrap_err()),
-        "node 3: 608Fh:01 (encoder increments) is 4096 (00001000h), the configuration says 8000 (00001F40h)"
+        "node 3: 608Fh:01 (encoder increments) is 4096 (1000h), expected 8000 (1F40h): encoder.counts_per_revolution = \
+         4096 if the drive is right; if the robot file is, write 608Fh in drive.writes"
     );
 }
 
@@ -193,6 +197,138 @@ fn a_node_that_is_no_drive_is_refused() {
     assert_eq!(start(&mut network).unwrap_err(), StartError::NotADrive { node: 1, profile: 401 });
 }
 
+/// SDO downloads to the drive of `node`.
+fn writes(network: &DriveNetwork<FakeBus, 3>, node: u16) -> Vec<Address> {
+    const DOWNLOAD: u8 = 0x20;
+    let requests = network.link().sent.iter().filter(|frame| frame.id().as_raw() == 0x600 + node);
+    requests
+        .map(|frame| frame.data())
+        .filter(|data| data[0] & 0xE0 == DOWNLOAD)
+        .map(|data| Address::new(u16::from_le_bytes([data[1], data[2]]), data[3]))
+        .collect()
+}
+
+#[test]
+fn a_drive_without_the_mode_is_refused_before_anything_is_written_or_commanded() {
+    let mut network = network();
+    let position_only = Entry::constant(Value::Unsigned32(0x3_01A5));
+    network.link_mut().drives[0].dictionary.insert(SUPPORTED_MODES.address(), position_only).unwrap();
+    let error = start(&mut network).unwrap_err();
+    assert!(
+        matches!(error, StartError::Refused { node: 1, finding } if finding.object == SUPPORTED_MODES.address()),
+        "{error}"
+    );
+    assert_eq!(writes(&network, 1), []);
+    assert!(network.link().drives.iter().all(|drive| drive.commands.is_empty()));
+}
+
+#[test]
+fn a_second_start_writes_nothing() {
+    let mut network = network();
+    start(&mut network).unwrap();
+    assert!(!writes(&network, 1).is_empty());
+    stop(&mut network);
+    network.link_mut().sent.clear();
+    start(&mut network).unwrap();
+    assert_eq!(writes(&network, 1), []);
+}
+
+#[test]
+fn one_drive_without_a_counter_makes_the_sync_of_all_one_without() {
+    let mut network = network();
+    network.link_mut().drives[1].lacks.push(SYNC_COUNTER_OVERFLOW.address());
+    network.link_mut().drives[0].dictionary.set(SYNC_COUNTER_OVERFLOW.address(), Value::Unsigned8(240)).unwrap();
+    let started = start(&mut network).unwrap();
+    assert_eq!(started.sync_payload, SyncPayload::Empty);
+    assert_eq!(value(&network, 0, &SYNC_COUNTER_OVERFLOW), Value::Unsigned8(0));
+    network.sync().unwrap();
+    assert_eq!(*network.link().sent.last().unwrap(), wire::plain_sync_frame());
+}
+
+#[test]
+fn a_counter_that_the_robot_file_wants_is_refused_where_a_drive_has_none() {
+    let mut configuration = configuration();
+    configuration.sync_counter = SyncCounterChoice::On;
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+    network.link_mut().drives[1].lacks.push(SYNC_COUNTER_OVERFLOW.address());
+    assert_eq!(
+        format!("{}", start(&mut network).unwrap_err()),
+        "node 2: 1019h:00 (synchronous counter overflow value) is absent, expected 240 (F0h): [bus] sync_counter = \
+         \"auto\""
+    );
+}
+
+/// A network whose second drive watches its commands, and lacks 1016h.
+fn watched(test: WatchdogTest) -> DriveNetwork<FakeBus, 3> {
+    let mut drives = [drive(1), drive(2), drive(3)];
+    drives[1].watchdog = Watchdog::RpdoTimeout { milliseconds: 20, test };
+    let configuration = NetworkConfiguration::new(drives, PERIOD).unwrap();
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+    network.link_mut().drives[1].lacks.push(CONSUMER_HEARTBEAT_TIME.address());
+    network
+}
+
+#[test]
+fn a_watchdog_of_commands_is_armed_tried_and_fed() {
+    let mut network = watched(WatchdogTest::AtStart);
+    network.link_mut().drives[1].script.faults_without_commands = true;
+    start(&mut network).unwrap();
+    assert_eq!(value(&network, 1, &RPDO1_EVENT_TIMER), Value::Unsigned16(20));
+    let drive = &network.link().drives[1];
+    assert_eq!(drive.timeouts, 1, "it was tried once, and never again on the way to Operation enabled");
+    assert_eq!(drive.power, PowerState::OperationEnabled);
+    assert_eq!(
+        stop(&mut network).drives.map(|drive| drive.last_defence),
+        [LastDefence::Heartbeat, LastDefence::RpdoTimeout, LastDefence::Heartbeat]
+    );
+}
+
+#[test]
+fn a_watchdog_that_does_not_react_refuses_the_start_with_brakes_closed() {
+    let mut network = watched(WatchdogTest::AtStart);
+    let error = start(&mut network).unwrap_err();
+    assert!(matches!(error, StartError::WatchdogSilent { node: 2, .. }), "{error}");
+    let commands = network.link().drives.iter().flat_map(|drive| &drive.commands);
+    assert!(commands.clone().all(|command| command.controlword != enabling()));
+    start(&mut watched(WatchdogTest::ByHand)).unwrap();
+}
+
+#[test]
+fn without_any_watchdog_a_drive_is_refused() {
+    let mut network = network();
+    network.link_mut().drives[2].lacks.push(CONSUMER_HEARTBEAT_TIME.address());
+    let error = start(&mut network).unwrap_err();
+    assert!(format!("{error}").contains("drive.watchdog = \"rpdo-timeout\""), "{error}");
+}
+
+#[test]
+fn a_drive_that_booted_anew_has_no_last_defence() {
+    let mut network = network();
+    start(&mut network).unwrap();
+    let boot_up = wire::heartbeat_frame(NodeId::new(2).unwrap(), NmtState::Initialising);
+    let now = network.link().clock.now();
+    network.link_mut().inject(now, boot_up);
+    let stopped = stop(&mut network).drives.map(|drive| drive.last_defence);
+    assert_eq!(stopped, [LastDefence::Heartbeat, LastDefence::None, LastDefence::Heartbeat]);
+}
+
+#[test]
+fn pdos_have_the_identifiers_of_the_configuration() {
+    let mut drives = [drive(1), drive(2), drive(3)];
+    drives[2].pdos.command.identifier = embedded_can::StandardId::new(0x333).unwrap();
+    drives[2].pdos.feedback.identifier = embedded_can::StandardId::new(0x1F3).unwrap();
+    let configuration = NetworkConfiguration::new(drives, PERIOD).unwrap();
+    assert!(configuration.receive_identifiers().any(|id| id.as_raw() == 0x1F3));
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+    network.link_mut().drives[2].position = 77;
+    start(&mut network).unwrap();
+    assert_eq!(value(&network, 2, &RPDO1_IDENTIFIER), Value::Unsigned32(0x333));
+    assert_eq!(value(&network, 2, &TPDO1_IDENTIFIER), Value::Unsigned32(0x1F3));
+    let now = network.link().clock.now();
+    network.sync().unwrap();
+    assert_eq!(network.collect(now + Duration::from_millis(2)).unwrap().positions, [0, 0, 77]);
+}
+
 #[test]
 fn a_drive_that_stays_pre_operational_is_named() {
     let mut network = network();
@@ -218,6 +354,8 @@ fn a_drive_that_shows_another_mode_is_refused() {
     let error = start(&mut network).unwrap_err();
     let (object, expected, found) = (Address::new(0x6061, 0), Value::Integer8(10), Value::Integer8(8));
     assert_eq!(error, StartError::Mismatch { node: 2, object, expected, found });
+    let commands = network.link().drives.iter().flat_map(|drive| &drive.commands);
+    assert!(commands.clone().count() > 0 && commands.clone().all(|command| command.controlword != enabling()));
 }
 
 #[test]
@@ -269,7 +407,7 @@ fn a_drive_that_boots_anew_in_the_last_step_of_the_start_fails_it() {
 #[test]
 fn a_boot_up_before_the_first_sdo_of_its_drive_is_borne() {
     let mut network = network();
-    network.link_mut().meanwhile = Some((1, RATED_TORQUE.address(), boot_up(2)));
+    network.link_mut().meanwhile = Some((1, DEVICE_TYPE.address(), boot_up(2)));
     start(&mut network).unwrap();
 }
 
@@ -364,7 +502,7 @@ fn configurations_are_checked() {
     assert!(Heartbeats::new(ms(50), ms(100), ms(10), ms(70_000)).is_err());
     assert!(Heartbeats::new(ms(50), ms(100), ms(10), ms(50)).is_ok());
     // A timeout of exactly one period is one late heartbeat away from a brake.
-    let refused = Err(ConfigurationError::Heartbeat { period: ms(10), timeout: ms(10) });
+    let refused = Err(HeartbeatError { period: ms(10), timeout: ms(10) });
     assert_eq!(Heartbeats::new(ms(50), ms(100), ms(10), ms(10)), refused);
     let kept = Heartbeats::new(ms(50), ms(51), ms(10), ms(11)).unwrap();
     assert_eq!((kept.drive_timeout(), kept.master_period(), kept.master_timeout()), (ms(51), ms(10), ms(11)));
@@ -383,8 +521,12 @@ proptest! {
     fn interpolation_times_are_exact(value in 1_u8..=255, exponent in 0_u32..=9) {
         let nanoseconds = u64::from(value) * 10_u64.pow(exponent);
         let period = Duration::from_nanos(nanoseconds);
-        let (mantissa, power) = super::super::configuration::interpolation_time(period).unwrap();
-        prop_assert_eq!(u64::from(mantissa) * 10_u64.pow(u32::try_from(power + 9).unwrap()), nanoseconds);
+        let mut times = 0;
+        for (mantissa, power) in crate::drive::plan::interpolation_times(period) {
+            times += 1;
+            prop_assert_eq!(u64::from(mantissa) * 10_u64.pow(u32::try_from(power + 9).unwrap()), nanoseconds);
+        }
+        prop_assert!(times > 0);
     }
 
     /// Whatever is on the bus besides, starting ends, with the drives enabled or with an error.

@@ -1,0 +1,119 @@
+//! Reading a drive before it is written to, and writing what the plan says.
+
+use super::blocking::Blocking;
+use super::error::StartError;
+use super::master::LastDefence;
+use crate::drive::objects::{self, Object};
+use crate::drive::plan::{self, Plan};
+use crate::drive::sdo::SdoError;
+use crate::drive::survey::{Answer, Answered, ObjectSource, Survey};
+use crate::drive::wire;
+use crate::drive::wishes::{AbortOption, DriveConfiguration, Protocol, ReadBack, Setting, SyncPayload, Watchdog};
+use crate::link::Link;
+use crate::time::Clock;
+use canopen_rs::NodeId;
+
+/// SDO abort codes that say that there is no such object, and no such sub-index.
+const ABSENT: [u32; 2] = [0x0602_0000, 0x0609_0011];
+
+/// The objects of one drive, over SDO.
+struct DriveObjects<'b, 'a, L: Link, C, const JOINTS: usize> {
+    blocking: &'b mut Blocking<'a, L, C, JOINTS>,
+    node: NodeId,
+}
+
+impl<L: Link, C: Clock, const JOINTS: usize> ObjectSource for DriveObjects<'_, '_, L, C, JOINTS> {
+    type Error = SdoError<L::Error>;
+
+    fn ask(&mut self, object: &Object) -> Result<Answered, Self::Error> {
+        let answer = match self.blocking.read(self.node, object) {
+            Ok(value) => Answer::of(value),
+            Err(SdoError::Abort { code, .. }) if ABSENT.contains(&code) => Answer::Absent,
+            Err(SdoError::Abort { code, .. }) => Answer::Refused(code),
+            // A text, a domain, or a number of another length.
+            Err(SdoError::Response { .. }) => Answer::NotANumber,
+            Err(error) => return Err(error),
+        };
+        Ok(Answered::by_drive(answer))
+    }
+}
+
+impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
+    /// What is to be known of a drive.
+    fn survey(&mut self, drive: &DriveConfiguration) -> Result<Survey, SdoError<L::Error>> {
+        let mut objects = DriveObjects { node: drive.node, blocking: self };
+        Survey::of(&mut objects, plan::named_objects(drive))
+    }
+
+    /// The SYNC that all drives take.
+    pub(super) fn choose_sync(&mut self) -> Result<SyncPayload, SdoError<L::Error>> {
+        let mut all_can_count = true;
+        for node in self.nodes() {
+            let mut objects = DriveObjects { node, blocking: self };
+            all_can_count &= objects.ask(&objects::SYNC_COUNTER_OVERFLOW)?.answer.is_there();
+        }
+        Ok(self.network.configuration.sync_counter.payload(all_can_count))
+    }
+
+    /// Reads a drive, writes what differs, and reads it again: what then is not as it should be is an error.
+    pub(super) fn configure(
+        &mut self,
+        drive: &DriveConfiguration,
+        protocol: &Protocol,
+    ) -> Result<(Survey, Plan), StartError<L::Error>> {
+        let node = drive.node.raw();
+        let before = self.survey(drive)?;
+        let planned = accepted(node, plan::plan(&before, drive, protocol))?;
+        for setting in &planned.settings {
+            self.set(drive.node, setting)?;
+        }
+        if planned.settings.is_empty() {
+            self.note_defence(drive, &before, protocol);
+            return Ok((before, planned));
+        }
+        // One object may have changed another, such as a scale factor.
+        let after = self.survey(drive)?;
+        let planned = accepted(node, plan::plan(&after, drive, protocol))?;
+        self.note_defence(drive, &after, protocol);
+        Ok((after, planned))
+    }
+
+    /// Writes an object and reads it back.
+    fn set(&mut self, node: NodeId, setting: &Setting) -> Result<(), StartError<L::Error>> {
+        self.write(node, setting)?;
+        if setting.read_back == ReadBack::Skipped {
+            return Ok(());
+        }
+        let Setting { address, value: written, .. } = *setting;
+        let found = self.read_at(node, address, written.data_type())?;
+        if setting.agrees(found) {
+            Ok(())
+        } else {
+            Err(StartError::ReadBack { node: node.raw(), object: address, written, found })
+        }
+    }
+
+    /// Records what makes the drive brake by itself, from what it says after it was written.
+    fn note_defence(&mut self, drive: &DriveConfiguration, survey: &Survey, protocol: &Protocol) {
+        let entry = wire::consumer_heartbeat_entry(protocol.heartbeats.master_timeout_milliseconds());
+        let listens = survey.number(&objects::CONSUMER_HEARTBEAT_TIME) == Some(entry.into());
+        let reacts = drive.abort_option == AbortOption::Explained
+            || survey.number(&objects::ABORT_CONNECTION_OPTION).is_some_and(|option| option != 0);
+        let defence = match drive.watchdog {
+            Watchdog::RpdoTimeout { .. } => LastDefence::RpdoTimeout,
+            Watchdog::Heartbeat if listens && reacts => LastDefence::Heartbeat,
+            Watchdog::Heartbeat => LastDefence::None,
+        };
+        if let Some(node) = self.network.node_mut(drive.node) {
+            node.last_defence = defence;
+        }
+    }
+}
+
+/// The plan, if nothing in it forbids a start.
+fn accepted<E>(node: u8, plan: Plan) -> Result<Plan, StartError<E>> {
+    match plan.refusal() {
+        Some(finding) => Err(StartError::Refused { node, finding: *finding }),
+        None => Ok(plan),
+    }
+}

@@ -1,0 +1,115 @@
+//! What the drive is: profile, identity, mode, and the objects of the cycle.
+
+use super::finding::{Finding, Question, Remedy, Verdict, Wanted};
+use super::planner::{Fit, Planner};
+use crate::drive::objects::{self, Object};
+use crate::drive::survey::Answer;
+
+/// 1000h: the low word is the device profile.
+const PROFILE_MASK: i64 = 0xFFFF;
+const READ_AT_START: &str = "it is read at start";
+
+impl Planner<'_> {
+    pub(super) fn device_type(&mut self) -> Finding {
+        let row = self.row(Question::DeviceType, &objects::DEVICE_TYPE, Wanted::Words("low word 402 (0192h)"));
+        match row.found {
+            Answer::Number(value) if value & PROFILE_MASK == i64::from(objects::DEVICE_PROFILE_CIA402) => row,
+            Answer::Unstated => row.noting(READ_AT_START),
+            _ => row.refusing("another drive"),
+        }
+    }
+
+    pub(super) fn identity(&mut self) -> Finding {
+        self.row(Question::Identity, &objects::VENDOR_ID, Wanted::Words("anything; it is recorded"))
+    }
+
+    pub(super) fn mode(&mut self) -> Finding {
+        let wanted = i64::from(objects::CYCLIC_SYNCHRONOUS_TORQUE);
+        let supported = self.row(Question::Mode, &objects::SUPPORTED_MODES, Wanted::Words("bit 9 set"));
+        let bit = i64::from(objects::CYCLIC_SYNCHRONOUS_TORQUE_BIT);
+        if matches!(supported.found, Answer::Number(modes) if modes & bit == 0) {
+            return supported.refusing("another drive, or another firmware: profile torque (4) has ramps");
+        }
+        if !self.answer(&objects::MODE_OF_OPERATION_DISPLAY).is_there() {
+            return self
+                .row(Question::Mode, &objects::MODE_OF_OPERATION_DISPLAY, Wanted::Number(wanted))
+                .refusing("another drive: the mode that it is in cannot be checked");
+        }
+        if !self.want(&objects::MODE_OF_OPERATION, wanted).is_met() {
+            return self
+                .row(Question::Mode, &objects::MODE_OF_OPERATION, Wanted::Number(wanted))
+                .refusing("another drive, or another firmware");
+        }
+        match supported.found {
+            Answer::Number(_) => supported,
+            Answer::Absent => supported.noting("at start the drive must take mode 10 and show it, before brakes open"),
+            _ => supported.noting(READ_AT_START),
+        }
+    }
+
+    pub(super) fn cyclic_objects(&mut self) -> Finding {
+        const CARRIED: [&Object; 4] =
+            [&objects::CONTROLWORD, &objects::STATUSWORD, &objects::POSITION_ACTUAL, &objects::TARGET_TORQUE];
+        let present = Wanted::Words("there");
+        let absent = CARRIED.into_iter().find(|object| !self.answer(object).is_there());
+        match absent {
+            Some(object) => self.row(Question::CyclicObjects, object, present).refusing("another drive"),
+            None => self.row(Question::CyclicObjects, &objects::TARGET_TORQUE, present),
+        }
+    }
+
+    /// The objects that the robot file writes: each there and writable. Those that read so already are not written.
+    pub(super) fn writes(&mut self) -> Finding {
+        let drive = self.drive;
+        let wanted = Wanted::Words("writable, as drive.writes says");
+        let mut refused = None;
+        for setting in drive.settings.iter().chain(&drive.later_settings) {
+            let Some(value) = Answer::of(setting.value).number() else { continue };
+            let found = self.survey.at(setting.address);
+            // Limits of a dictionary file are the maker's care, not always taken: the drive itself decides.
+            let fits = found.answer == Answer::Number(value) || found.answer.is_there() && found.access.may_write();
+            if !fits {
+                refused = refused.or(Some((setting.address, found.answer)));
+            }
+        }
+        let row = |object, found| Finding {
+            question: Question::Writes,
+            object,
+            found,
+            wanted,
+            remedy: Remedy::None,
+            verdict: Verdict::Works,
+        };
+        match refused {
+            Some((object, found)) => row(object, found).refusing("leave it out of drive.writes"),
+            None => {
+                let first = drive.settings.first().or(drive.later_settings.first());
+                let object = first.map_or(objects::ABORT_CONNECTION_OPTION.address(), |setting| setting.address);
+                row(object, self.survey.at(object).answer)
+            }
+        }
+    }
+
+    pub(super) fn quick_stop(&mut self) -> Finding {
+        self.row(
+            Question::QuickStop,
+            &objects::QUICK_STOP_OPTION,
+            Wanted::Words("what the arm bears; it is the first step of every stop"),
+        )
+    }
+
+    pub(super) fn homing(&mut self) -> Finding {
+        self.row(Question::Homing, &objects::HOMING_METHOD, Wanted::Words("anything; a drive need not"))
+    }
+
+    /// 1017h.
+    pub(super) fn drive_heartbeat(&mut self) -> Finding {
+        let wanted = i64::from(self.protocol.heartbeats.drive_period());
+        let row = self.row(Question::DriveHeartbeat, &objects::PRODUCER_HEARTBEAT_TIME, Wanted::Number(wanted));
+        match self.want(&objects::PRODUCER_HEARTBEAT_TIME, wanted) {
+            Fit::AsWanted | Fit::Written => row,
+            Fit::Absent => row.refusing("another drive: node guarding is not supported"),
+            Fit::CannotBeWritten => row.refusing("[bus] drive_heartbeat_ms that the drive takes"),
+        }
+    }
+}
