@@ -84,13 +84,8 @@ fn drive(node: u8) -> DriveParameters {
 
 fn network(changes: &[u8], clock: VirtualClock) -> DriveNetwork<Changed<'_>, 3> {
     let drives = [1, 2, 3].map(drive);
-    let configurations = drives.map(|drive| DriveConfiguration {
-        node: drive.node(),
-        encoder_increments: COUNTS_PER_REVOLUTION,
-        encoder_revolutions: 1,
-        rated_torque: RatedTorque::from_millinewton_metres(RATED_TORQUE).expect("a torque"),
-        settings: Default::default(),
-    });
+    let rated_torque = RatedTorque::from_millinewton_metres(RATED_TORQUE).expect("a torque");
+    let configurations = drives.map(|drive| DriveConfiguration::new(drive.node(), COUNTS_PER_REVOLUTION, rated_torque));
     let plant = DemPlant::new(ThreeLinkDem::table_2());
     let robot = EmulatedRobot::new(plant, drives, Pacing::Lockstep { period: PERIOD }).expect("a robot");
     let link = Changed { link: InProcessLink::new(robot, clock), changes };
