@@ -35,7 +35,14 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
                 (false, true) => Confirmation::Unconfirmed,
                 (false, false) => Confirmation::NotSent,
             };
-            *drive = DriveStop { node: axis.node.raw(), quick_stop: power_off, power_off, nmt_stop: power_off };
+            // The axis' own watchdog cannot be read back by these messages: nothing is said of it.
+            *drive = DriveStop {
+                node: axis.node.raw(),
+                quick_stop: power_off,
+                power_off,
+                nmt_stop: power_off,
+                ..DriveStop::default()
+            };
         }
         StopReport { drives }
     }
