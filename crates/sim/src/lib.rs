@@ -23,7 +23,7 @@
 //!     VirtualClock,
 //! };
 //! use std::time::Duration;
-//! use uarm_io::drive::wire::sync_frame;
+//! use uarm_io::drive::wire::plain_sync_frame;
 //! use uarm_io::encoder::Direction;
 //! use uarm_io::link::Link;
 //! use uarm_io::time::Clock;
@@ -52,7 +52,7 @@
 //! let boot_ups = std::iter::from_fn(|| link.receive(clock.now()).transpose()).count();
 //! assert_eq!(boot_ups, 3);
 //!
-//! link.send(&sync_frame(1))?;
+//! link.send(&plain_sync_frame())?;
 //! clock.sleep_until(clock.now() + Duration::from_millis(3));
 //! assert!(link.receive(clock.now())?.is_none(), "before NMT start a drive does not answer SYNC");
 //! # Ok(())
@@ -75,7 +75,7 @@
 //! # Not in it
 //!
 //! Bit timing, arbitration and error frames of a CAN bus (a frame sent in process arrives at once); flexible links, backlash,
-//! the motors' electrical side; SDO block transfer, LSS and node guarding; more than one RPDO and TPDO per drive.
+//! the motors' electrical side; SDO block transfer, LSS and node guarding; more than four RPDOs and TPDOs per drive.
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -104,7 +104,10 @@ mod robot;
 mod robot_on_bus;
 
 pub use clock::VirtualClock;
-pub use drive::{DriveDescription, DriveFault, DriveParameters, EmulatedDrive, EncoderDescription};
+pub use drive::{
+    DriveDescription, DriveDictionary, DriveFault, DriveObject, DriveParameters, EmulatedDrive, EncoderDescription,
+    PowerUp,
+};
 pub use link::{FaultRates, FaultyLink, InProcessError, InProcessLink};
 pub use outbox::{OUTBOX_CAPACITY, Outbox};
 pub use plant::{

@@ -1,6 +1,6 @@
 //! The emulated robot: a plant, three drives on it, and the rule by which plant time passes.
 
-use crate::drive::{DriveFault, DriveParameters, EmulatedDrive, Reaction};
+use crate::drive::{CAPACITY, DriveFault, DriveParameters, EmulatedDrive, Reaction};
 use crate::outbox::Outbox;
 use crate::plant::{Brake, Plant};
 use crate::robot_on_bus::RobotOnBus;
@@ -73,11 +73,13 @@ enum Run {
 ///
 /// Once NMT has reset all three drives, the plant is back in its initial state: someone has carried the robot to where the
 /// next experiment starts.
+///
+/// `N` is how many objects each drive can hold; the default is for drives with the emulation's own dictionary.
 #[derive(Debug)]
-pub struct EmulatedRobot<P> {
+pub struct EmulatedRobot<P, const N: usize = CAPACITY> {
     plant: P,
     initial: P,
-    drives: [EmulatedDrive; 3],
+    drives: [EmulatedDrive<N>; 3],
     pacing: Pacing,
     run: Run,
     /// Which drives were reset since plant time began.
@@ -92,7 +94,17 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
     /// # Errors
     /// [`RobotError`] if two drives share a node, or the lockstep's period is out of range.
     pub fn new(plant: P, drives: [DriveParameters; 3], pacing: Pacing) -> Result<Self, RobotError> {
-        let [first, second, third] = drives.map(|drive| drive.node());
+        Self::with_drives(plant, drives.map(EmulatedDrive::new), pacing)
+    }
+}
+
+impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
+    /// Drives without supply on a plant, each with the dictionary that it was made with.
+    ///
+    /// # Errors
+    /// [`RobotError`] if two drives share a node, or the lockstep's period is out of range.
+    pub fn with_drives(plant: P, drives: [EmulatedDrive<N>; 3], pacing: Pacing) -> Result<Self, RobotError> {
+        let [first, second, third] = drives.each_ref().map(|drive| drive.parameters().node());
         for (one, other) in [(first, second), (first, third), (second, third)] {
             if one == other {
                 return Err(RobotError::NodeTwice { node: one.raw() });
@@ -104,7 +116,6 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
             return Err(RobotError::Period { found: period });
         }
         let initial = plant.clone();
-        let drives = drives.map(EmulatedDrive::new);
         Ok(Self { plant, initial, drives, pacing, run: Run::Waiting, reset: [false; 3], now: Instant::default() })
     }
 
@@ -122,8 +133,13 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
         &self.plant
     }
 
+    /// Whether plant time passes: all drives have been enabled at a SYNC since they were last reset.
+    pub const fn is_running(&self) -> bool {
+        matches!(self.run, Run::Since(_))
+    }
+
     /// The drive of a joint.
-    pub const fn drive(&self, joint: Joint) -> &EmulatedDrive {
+    pub const fn drive(&self, joint: Joint) -> &EmulatedDrive<N> {
         let [one, two, three] = &self.drives;
         match joint {
             Joint::One => one,
@@ -132,7 +148,7 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
         }
     }
 
-    const fn drive_mut(&mut self, joint: Joint) -> &mut EmulatedDrive {
+    const fn drive_mut(&mut self, joint: Joint) -> &mut EmulatedDrive<N> {
         let [one, two, three] = &mut self.drives;
         match joint {
             Joint::One => one,
@@ -189,7 +205,7 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
     pub fn on_frame(&mut self, frame: &Frame, now: Instant, outbox: &mut Outbox) {
         self.on_time(now, outbox);
         match Channel::of(frame.id()) {
-            Some(Channel::Sync) => self.on_sync(now, outbox),
+            Some(Channel::Sync) => self.on_sync(frame.data(), now, outbox),
             channel => {
                 if matches!(channel, Some(Channel::SdoRequest(_))) {
                     self.catch_up(now);
@@ -211,7 +227,7 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
     ///
     /// What changes nothing, such as a heartbeat, does not touch the plant: an integrator's step that ends off its grid would
     /// show in the bits.
-    fn act(&mut self, at: Instant, act: impl FnOnce(&mut [EmulatedDrive; 3])) {
+    fn act(&mut self, at: Instant, act: impl FnOnce(&mut [EmulatedDrive<N>; 3])) {
         let (torque, brakes) = (self.torque(), self.brakes());
         act(&mut self.drives);
         if (torque, brakes) != (self.torque(), self.brakes()) {
@@ -219,7 +235,7 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
         }
     }
 
-    fn on_sync(&mut self, now: Instant, outbox: &mut Outbox) {
+    fn on_sync(&mut self, data: &[u8], now: Instant, outbox: &mut Outbox) {
         self.catch_up(now);
         match (self.run, self.pacing) {
             (Run::Waiting, _) => {
@@ -232,7 +248,7 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
         }
         self.latch_positions();
         for drive in &mut self.drives {
-            drive.on_sync(now, outbox);
+            drive.on_sync(data, now, outbox);
         }
     }
 
@@ -270,7 +286,7 @@ impl<P: Plant + Clone> EmulatedRobot<P> {
     }
 }
 
-impl<P: Plant + Clone> RobotOnBus for EmulatedRobot<P> {
+impl<P: Plant + Clone, const N: usize> RobotOnBus for EmulatedRobot<P, N> {
     fn power_on(&mut self, now: Instant, outbox: &mut Outbox) {
         Self::power_on(self, now, outbox);
     }

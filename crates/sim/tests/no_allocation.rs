@@ -32,6 +32,10 @@ fn nothing_is_allocated_after_construction() {
         for mode in [10, 3] {
             let _ = link.send(&wire::sdo_request_frame(node(2), &[0x2F, 0x60, 0x60, 0, mode, 0, 0, 0]));
         }
+        // A SYNC with counter.
+        for id in 1..=3 {
+            let _ = link.send(&wire::sdo_request_frame(node(id), &[0x2F, 0x19, 0x10, 0, 240, 0, 0, 0]));
+        }
         let _ = link.send(&wire::nmt_frame(NmtCommand::StartRemoteNode, uarm_io::drive::NodeId::BROADCAST));
         for command in [Command::Shutdown, Command::EnableOperation] {
             for id in 1..=3 {

@@ -1,8 +1,9 @@
-//! The emulated drive's object dictionary, as one table: the EDS file of `uarm-io` says the same, and a test compares.
+//! The emulated drive's own objects, as one table: the EDS file of `uarm-io` says the same, and a test compares.
 
+use super::memory::ERROR_HISTORY;
 use super::parameters::DriveParameters;
 use canopen_rs::object_dictionary::AccessType;
-use canopen_rs::{Address, ByteString, Entry, MappingEntry, ObjectDictionary, Value};
+use canopen_rs::{Address, ByteString, MappingEntry, Value};
 use uarm_io::drive::objects;
 use uarm_io::drive::wire::{RPDO1_MAPPING, RPDO1_TRANSMISSION, TPDO1_MAPPING, TPDO1_TRANSMISSION};
 
@@ -51,14 +52,14 @@ const PRODUCT_CODE: u32 = 0x5541_524D; // "UARM"
 const REVISION: u32 = 0x0001_0000;
 /// What 1008h says.
 pub const DEVICE_NAME: &str = "UARM emulated drive";
-/// Entries that 1003h, the pre-defined error field, holds: as many as the protocol stack keeps.
-const ERROR_HISTORY: u8 = 8;
+/// Bit 31 of a PDO's identifier: the PDO is off.
+pub const PDO_OFF: u32 = 1 << 31;
 /// Entries of a PDO's mapping.
 pub const MAPPING_ENTRIES: u8 = 4;
 /// 6007h: a lost master is a fault.
-pub const ABORT_IS_FAULT: i16 = 1;
+const ABORT_IS_FAULT: i16 = 1;
 /// 605Ah: stop and stay in *Quick stop active* until the master leaves it.
-pub const QUICK_STOP_STAYS: i16 = 6;
+const QUICK_STOP_STAYS: i16 = 6;
 
 use AccessType::{Const, Ro, Rw};
 
@@ -82,6 +83,10 @@ fn second_of([_, mapping]: &[MappingEntry; 2]) -> Value {
     Value::Unsigned32(mapping.to_u32())
 }
 
+fn mapping(index: u16, bits: u8) -> Value {
+    Value::Unsigned32(MappingEntry::new(index, 0, bits).to_u32())
+}
+
 fn unmapped(_: &DriveParameters) -> Value {
     Value::Unsigned32(0)
 }
@@ -91,7 +96,7 @@ fn unmapped(_: &DriveParameters) -> Value {
 pub const OBJECTS: &[DictionaryEntry] = &[
     entry(0x1000, 0, Const, |_| Value::Unsigned32(SERVO_DRIVE)),
     entry(0x1001, 0, Ro, |_| Value::Unsigned8(0)),
-    entry(0x1003, 0, Ro, |_| Value::Unsigned8(0)),
+    entry(0x1003, 0, Rw, |_| Value::Unsigned8(0)),
     entry(0x1003, 1, Ro, no_error),
     entry(0x1003, 2, Ro, no_error),
     entry(0x1003, 3, Ro, no_error),
@@ -126,11 +131,35 @@ pub const OBJECTS: &[DictionaryEntry] = &[
     entry(0x1800, 0, Const, |_| Value::Unsigned8(2)),
     entry(0x1800, 1, Rw, |drive| identifier(0x180, drive)),
     entry(0x1800, 2, Rw, |_| Value::Unsigned8(TPDO1_TRANSMISSION.to_byte())),
+    entry(0x1801, 0, Const, |_| Value::Unsigned8(2)),
+    entry(0x1801, 1, Rw, |drive| identifier(PDO_OFF | 0x280, drive)),
+    entry(0x1801, 2, Rw, |_| Value::Unsigned8(TPDO1_TRANSMISSION.to_byte())),
+    entry(0x1802, 0, Const, |_| Value::Unsigned8(2)),
+    entry(0x1802, 1, Rw, |drive| identifier(PDO_OFF | 0x380, drive)),
+    entry(0x1802, 2, Rw, |_| Value::Unsigned8(TPDO1_TRANSMISSION.to_byte())),
+    entry(0x1803, 0, Const, |_| Value::Unsigned8(2)),
+    entry(0x1803, 1, Rw, |drive| identifier(PDO_OFF | 0x480, drive)),
+    entry(0x1803, 2, Rw, |_| Value::Unsigned8(TPDO1_TRANSMISSION.to_byte())),
     entry(0x1A00, 0, Rw, |_| Value::Unsigned8(2)),
     entry(0x1A00, 1, Rw, |_| first_of(&TPDO1_MAPPING)),
     entry(0x1A00, 2, Rw, |_| second_of(&TPDO1_MAPPING)),
     entry(0x1A00, 3, Rw, unmapped),
     entry(0x1A00, MAPPING_ENTRIES, Rw, unmapped),
+    entry(0x1A01, 0, Rw, |_| Value::Unsigned8(1)),
+    entry(0x1A01, 1, Rw, |_| mapping(0x6077, 16)),
+    entry(0x1A01, 2, Rw, unmapped),
+    entry(0x1A01, 3, Rw, unmapped),
+    entry(0x1A01, MAPPING_ENTRIES, Rw, unmapped),
+    entry(0x1A02, 0, Rw, |_| Value::Unsigned8(2)),
+    entry(0x1A02, 1, Rw, |_| mapping(0x603F, 16)),
+    entry(0x1A02, 2, Rw, |_| mapping(0x6061, 8)),
+    entry(0x1A02, 3, Rw, unmapped),
+    entry(0x1A02, MAPPING_ENTRIES, Rw, unmapped),
+    entry(0x1A03, 0, Rw, |_| Value::Unsigned8(1)),
+    entry(0x1A03, 1, Rw, |_| mapping(0x6074, 16)),
+    entry(0x1A03, 2, Rw, unmapped),
+    entry(0x1A03, 3, Rw, unmapped),
+    entry(0x1A03, MAPPING_ENTRIES, Rw, unmapped),
     entry(0x6007, 0, Rw, |_| Value::Integer16(ABORT_IS_FAULT)),
     mapped(Mappable::Transmit, 0x603F, Ro, |_| Value::Unsigned16(0)),
     mapped(Mappable::Receive, 0x6040, Rw, |_| Value::Unsigned16(0)),
@@ -159,24 +188,8 @@ pub const OBJECTS: &[DictionaryEntry] = &[
 /// Bit 0 of 60FEh:01, digital outputs: the brake is set.
 pub const BRAKE_OUTPUT: u32 = 1;
 
-/// How many objects the dictionary holds.
+/// How many objects the drive's own dictionary holds.
 pub const CAPACITY: usize = OBJECTS.len();
-
-/// The dictionary of a drive at power-on.
-pub fn dictionary(drive: &DriveParameters) -> ObjectDictionary<CAPACITY> {
-    let mut dictionary = ObjectDictionary::new();
-    for object in OBJECTS {
-        // Never full: the capacity is the table's length.
-        let entry = Entry { value: (object.default)(drive), access: object.access };
-        let _ = dictionary.insert(object.address, entry);
-    }
-    dictionary
-}
-
-/// The table's row of an object.
-pub fn object(address: Address) -> Option<&'static DictionaryEntry> {
-    OBJECTS.iter().find(|object| object.address == address)
-}
 
 #[cfg(test)]
 mod tests {
@@ -196,9 +209,9 @@ mod tests {
     #[test]
     fn the_masters_objects_are_there() {
         let drive = DriveParameters::new(description(2)).unwrap();
-        let dictionary = dictionary(&drive);
         for object in objects::ALL.iter().filter(|object| !objects::OPTIONAL.contains(object)) {
-            let found: DataType = dictionary.read(object.address()).unwrap().data_type();
+            let row = OBJECTS.iter().find(|row| row.address == object.address()).unwrap();
+            let found: DataType = (row.default)(&drive).data_type();
             assert_eq!(found, object.data_type, "{object}");
         }
     }

@@ -1,7 +1,10 @@
 //! What an emulated CiA 402 drive does, without I/O: frames and instants in, frames out.
 
-use super::dictionary::dictionary;
+use super::dictionary::CAPACITY;
 use super::faults::{DriveFault, Faults};
+use super::memory::Errors;
+use super::numbers::number_of;
+use super::objects::{DictionaryError, DriveDictionary};
 use super::parameters::DriveParameters;
 use super::power::error;
 use super::state::{EmulatedDrive, Reaction};
@@ -17,17 +20,43 @@ use uarm_io::frame::Frame;
 use uarm_io::time::Instant;
 
 impl EmulatedDrive {
-    /// A drive without supply; [`power_on`](Self::power_on) starts it.
+    /// A drive with its own dictionary and without supply; [`power_on`](Self::power_on) starts it.
     pub fn new(parameters: DriveParameters) -> Self {
+        const { assert!(CAPACITY == super::dictionary::OBJECTS.len(), "its own objects fit") };
+        Self::holding(parameters, DriveDictionary::own(&parameters))
+    }
+}
+
+impl<const N: usize> EmulatedDrive<N> {
+    /// A drive with these objects, which behave as its own do where it knows them.
+    ///
+    /// # Errors
+    /// [`DictionaryError::TooManyObjects`] if there are more than `N`.
+    pub fn with_dictionary(parameters: DriveParameters, objects: DriveDictionary) -> Result<Self, DictionaryError> {
+        let found = objects.objects().len();
+        if found > N {
+            return Err(DictionaryError::TooManyObjects { found, most: N });
+        }
+        Ok(Self::holding(parameters, objects))
+    }
+
+    fn holding(parameters: DriveParameters, objects: DriveDictionary) -> Self {
         let mut drive = Self {
             parameters,
-            node: Node::new(parameters.node(), dictionary(&parameters)),
+            node: Node::new(parameters.node(), objects.at_power_on()),
+            objects,
             power: PowerState::NotReadyToSwitchOn,
             controlword: Controlword::default(),
             heartbeat: Ticker::default(),
             master: Watchdog::default(),
             commands: Watchdog::default(),
             command_waits: false,
+            download: None,
+            errors: Errors::default(),
+            sent: Default::default(),
+            sync_is_wrong: false,
+            boots_at: None,
+            had_first_fault: false,
             faults: Faults::default(),
             report_due: false,
         };
@@ -69,16 +98,16 @@ impl EmulatedDrive {
         if self.faults.motor_disconnected {
             return 0.0;
         }
-        let rated = self.unsigned(od::RATED_TORQUE.address());
+        let rated = self.node.od().entry(od::RATED_TORQUE.address()).and_then(|entry| number_of(&entry.value));
+        let rated = rated.and_then(|rated| u32::try_from(rated).ok()).unwrap_or(self.parameters.rated_torque());
         let applied = self.parameters.direction().apply(i32::from(self.torque_per_mille().applied));
-        f64::from(applied) * f64::from(rated) / PER_MILLE_OF_MILLI
+        f64::from(applied) * f64::from(rated) / self.parameters.torque_divisor()
     }
 
     /// Boots: boot-up message, then *Pre-operational* and *Switch on disabled*.
     pub fn power_on(&mut self, now: Instant, outbox: &mut Outbox) {
-        let boot_up = self.node.boot();
-        self.send(&boot_up, now, outbox);
-        self.enter(PowerState::SwitchOnDisabled);
+        self.power = PowerState::SwitchOnDisabled;
+        self.begin_to_boot(now, outbox);
     }
 
     /// Brings a fault about.
@@ -86,7 +115,10 @@ impl EmulatedDrive {
         self.faults.add(fault);
         match fault {
             DriveFault::OverTemperature => self.report_due = true,
-            DriveFault::PowerLost => self.enter(PowerState::NotReadyToSwitchOn),
+            DriveFault::PowerLost => {
+                self.boots_at = None;
+                self.enter(PowerState::NotReadyToSwitchOn);
+            }
             _ => {}
         }
     }
@@ -107,13 +139,13 @@ impl EmulatedDrive {
     pub(crate) fn latch_position(&mut self, angle: f64) {
         if !self.faults.encoder_stuck {
             let counts = self.parameters.encoder().counts(angle).wrapping_add(self.faults.encoder_offset);
-            self.set(od::POSITION_ACTUAL.address(), Value::Integer32(counts));
+            self.set_number(od::POSITION_ACTUAL.address(), counts.into());
         }
     }
 
     /// Handles any frame but SYNC.
     pub(crate) fn on_frame(&mut self, frame: &Frame, now: Instant, outbox: &mut Outbox) -> Reaction {
-        if self.faults.off_bus() {
+        if self.faults.off_bus() || self.boots_at.is_some() {
             return Reaction::None;
         }
         match Channel::of(frame.id()) {
@@ -128,13 +160,11 @@ impl EmulatedDrive {
     }
 
     /// Handles SYNC, after the position was latched: first what is sent, then what was waiting to act.
-    pub(crate) fn on_sync(&mut self, now: Instant, outbox: &mut Outbox) {
-        if self.faults.off_bus() {
+    pub(crate) fn on_sync(&mut self, data: &[u8], now: Instant, outbox: &mut Outbox) {
+        if self.faults.off_bus() || self.boots_at.is_some() || !self.accepts_sync(data, now, outbox) {
             return;
         }
-        for frame in self.node.sync_tpdos() {
-            self.send(&frame, now, outbox);
-        }
+        self.send_tpdos(now, outbox);
         if core::mem::take(&mut self.command_waits) {
             self.on_command(now, outbox);
         }
@@ -145,6 +175,9 @@ impl EmulatedDrive {
         if self.faults.power_lost {
             return None;
         }
+        if self.boots_at.is_some() {
+            return self.boots_at;
+        }
         let report = self.report_due.then_some(Instant::default());
         [report, self.heartbeat.due(), self.master.due(), self.commands.due()].into_iter().flatten().min()
     }
@@ -152,6 +185,12 @@ impl EmulatedDrive {
     /// Does what is due by `now`.
     pub(crate) fn on_time(&mut self, now: Instant, outbox: &mut Outbox) {
         if self.faults.power_lost {
+            return;
+        }
+        if let Some(boots_at) = self.boots_at {
+            if boots_at <= now {
+                self.finish_boot(now, outbox);
+            }
             return;
         }
         if core::mem::take(&mut self.report_due) {
@@ -169,6 +208,3 @@ impl EmulatedDrive {
         }
     }
 }
-
-/// Per mille of mN·m in a N·m.
-const PER_MILLE_OF_MILLI: f64 = 1e6;

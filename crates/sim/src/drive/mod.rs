@@ -2,10 +2,16 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `dictionary` | every object: address, access, mapping, value at power-on ([`OBJECTS`]) |
+//! | `dictionary` | every object of its own: address, access, mapping, value at power-on ([`OBJECTS`]) |
+//! | `objects` | which objects a drive has: its own, or those of a maker's dictionary ([`DriveDictionary`]) |
+//! | `memory` | what a drive remembers from one frame to the next |
+//! | `numbers` | integers of any type |
 //! | `state` | what a drive holds |
 //! | `emulated` | construction, frames, time, faults brought about |
-//! | `services` | NMT, SDO, heartbeat, RPDO |
+//! | `services` | NMT, boot, heartbeat, SYNC; what is done about objects that were written |
+//! | `pdos` | RPDOs and TPDOs |
+//! | `sdo` | the SDO server |
+//! | `errors` | error register and history, emergencies |
 //! | `sdo_rules` | writes that are refused, as real drives refuse them |
 //! | `power` | power state machine, torque, faults, and the objects that show them |
 //! | `timers` | heartbeat and watchdogs |
@@ -15,17 +21,24 @@
 mod dictionary;
 mod emulated;
 mod encoder;
+mod errors;
 mod faults;
+mod memory;
+mod numbers;
+mod objects;
 mod parameters;
+mod pdos;
 mod power;
+mod sdo;
 mod sdo_rules;
 mod services;
 mod state;
 mod timers;
 
-pub use dictionary::{DictionaryEntry, Mappable, OBJECTS};
+pub use dictionary::{CAPACITY, DictionaryEntry, Mappable, OBJECTS};
 pub use encoder::{Encoder, EncoderDescription, EncoderError};
 pub use faults::DriveFault;
-pub use parameters::{DriveDescription, DriveError, DriveParameters};
+pub use objects::{DictionaryError, DriveDictionary, DriveObject};
+pub use parameters::{DriveDescription, DriveError, DriveParameters, PowerUp, RatedTorqueUnit};
 pub use state::EmulatedDrive;
 pub(crate) use state::Reaction;

@@ -1,5 +1,7 @@
 //! What an emulated drive is made of.
 
+use core::time::Duration;
+
 use super::encoder::{Encoder, EncoderDescription, EncoderError};
 use uarm_io::drive::NodeId;
 use uarm_io::encoder::Direction;
@@ -23,6 +25,27 @@ pub struct DriveDescription {
     pub direction: Direction,
     /// The encoder.
     pub encoder: EncoderDescription,
+}
+
+/// How a drive starts, as drives do that have a past.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PowerUp {
+    /// From supply or reset to the boot-up message.
+    pub boot_time: Duration,
+    /// The code of an emergency that it sends after each boot-up message.
+    pub emergency: Option<u16>,
+    /// The code of a fault that it has when it is first switched on; a fault reset clears it.
+    pub fault: Option<u16>,
+}
+
+/// The unit of 6076h.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RatedTorqueUnit {
+    /// As CiA 402 says.
+    #[default]
+    MillinewtonMetre,
+    /// As some makers have it.
+    MicronewtonMetre,
 }
 
 /// Why a drive is refused.
@@ -60,6 +83,8 @@ pub struct DriveParameters {
     rated_current: u32,
     maximum_torque: u16,
     encoder: Encoder,
+    power_up: PowerUp,
+    unit: RatedTorqueUnit,
 }
 
 impl DriveParameters {
@@ -82,7 +107,33 @@ impl DriveParameters {
             return Err(DriveError::Zero { node: raw, name: "rated_current" });
         }
         let encoder = Encoder::new(encoder, direction).map_err(|error| DriveError::Encoder { node: raw, error })?;
-        Ok(Self { node, rated_torque, rated_current, maximum_torque, encoder })
+        let (power_up, unit) = Default::default();
+        Ok(Self { node, rated_torque, rated_current, maximum_torque, encoder, power_up, unit })
+    }
+
+    /// The same drive, starting so.
+    #[must_use]
+    pub const fn with_power_up(self, power_up: PowerUp) -> Self {
+        Self { power_up, ..self }
+    }
+
+    /// The same drive, counting its rated torque in another unit.
+    #[must_use]
+    pub const fn with_rated_torque_unit(self, unit: RatedTorqueUnit) -> Self {
+        Self { unit, ..self }
+    }
+
+    /// How it starts.
+    pub const fn power_up(&self) -> PowerUp {
+        self.power_up
+    }
+
+    /// Per mille of 6076h in a N·m.
+    pub(super) const fn torque_divisor(&self) -> f64 {
+        match self.unit {
+            RatedTorqueUnit::MillinewtonMetre => 1e6,
+            RatedTorqueUnit::MicronewtonMetre => 1e9,
+        }
     }
 
     /// Node on the bus.
@@ -90,7 +141,7 @@ impl DriveParameters {
         self.node
     }
 
-    /// Rated torque, mN·m (6076h).
+    /// Rated torque, as 6076h counts it: mN·m unless another unit was chosen.
     pub const fn rated_torque(&self) -> u32 {
         self.rated_torque
     }

@@ -1,9 +1,9 @@
 //! The drive's power stage: commands, faults, torque, and the objects that show them.
 
-use super::dictionary::{ABORT_IS_FAULT, BRAKE_OUTPUT};
+use super::dictionary::BRAKE_OUTPUT;
 use super::state::EmulatedDrive;
 use crate::outbox::Outbox;
-use canopen_rs::{Address, ErrorRegister, Value};
+use canopen_rs::{Address, ErrorRegister};
 use uarm_io::drive::cia402::{Command, Controlword, PowerState, Statusword};
 use uarm_io::drive::objects as od;
 use uarm_io::drive::wire;
@@ -18,6 +18,8 @@ pub(super) mod error {
     pub const MASTER_LOST: u16 = 0x8130;
     /// PDO not processed because it is too short.
     pub const PDO_LENGTH: u16 = 0x8210;
+    /// SYNC of an unexpected length.
+    pub const SYNC_LENGTH: u16 = 0x8240;
     /// RPDO timeout.
     pub const RPDO_TIMEOUT: u16 = 0x8250;
 }
@@ -26,6 +28,14 @@ pub(super) mod error {
 const TORQUE_DEMAND: Address = Address::new(0x6074, 0);
 const DIGITAL_OUTPUTS: Address = Address::new(0x60FE, 1);
 const ERROR_BEHAVIOUR: Address = Address::new(0x1029, 1);
+
+/// Abort connection option codes 6007h.
+const ABORT_IGNORED: i128 = 0;
+const ABORT_IS_FAULT: i128 = 1;
+const ABORT_DISABLES: i128 = 2;
+const ABORT_STOPS: i128 = 3;
+/// Quick stop option codes 605Ah from here on stay in *Quick stop active*.
+const FIRST_STAYING_OPTION: i128 = 5;
 
 /// Torque as the drive counts it.
 pub(super) struct Torque {
@@ -37,43 +47,46 @@ pub(super) struct Torque {
     pub(super) obeys: bool,
 }
 
-impl EmulatedDrive {
+impl<const N: usize> EmulatedDrive<N> {
     /// Obeys the controlword.
     pub(super) fn on_command(&mut self, now: Instant, outbox: &mut Outbox) {
-        let word = Controlword::from_bits(self.unsigned16(od::CONTROLWORD.address()));
+        let word = self.number(od::CONTROLWORD.address()).and_then(|word| u16::try_from(word).ok());
+        let word = Controlword::from_bits(word.unwrap_or_default());
         let command = word.command(self.controlword);
         self.controlword = word;
         if command == Command::FaultReset && self.power == PowerState::Fault {
             if self.faults.over_temperature {
                 return;
             }
-            let cleared = self.node.clear_errors();
-            self.send(&cleared, now, outbox);
-            self.set(od::ERROR_CODE.address(), Value::Unsigned16(0));
+            self.clear_errors(now, outbox);
+            self.set_number(od::ERROR_CODE.address(), 0);
+        }
+        if command == Command::QuickStop && self.power == PowerState::OperationEnabled && !self.stays_after_quick_stop()
+        {
+            return self.switch_off();
         }
         self.enter(self.power.after(command));
     }
 
     /// 6007h says what happens to the power stage, 1029h what happens to the NMT state.
     pub(super) fn on_master_lost(&mut self, now: Instant, outbox: &mut Outbox) {
-        let option = match self.node.od().read(od::ABORT_CONNECTION_OPTION.address()) {
-            Ok(Value::Integer16(option)) => option,
-            _ => ABORT_IS_FAULT,
-        };
+        // A drive without 6007h does nothing.
+        let option = self.number(od::ABORT_CONNECTION_OPTION.address()).unwrap_or(ABORT_IGNORED);
         let powered = !matches!(self.power, PowerState::SwitchOnDisabled | PowerState::Fault);
         if powered && option == ABORT_IS_FAULT {
             self.fault(error::MASTER_LOST, ErrorRegister::COMMUNICATION, now, outbox);
         } else {
             self.warn(error::MASTER_LOST, ErrorRegister::COMMUNICATION, now, outbox);
             match option {
-                2 => self.enter(self.power.after(Command::DisableVoltage)),
-                3 => self.enter(self.power.after(Command::QuickStop)),
+                ABORT_DISABLES => self.enter(self.power.after(Command::DisableVoltage)),
+                ABORT_STOPS if self.stays_after_quick_stop() => self.enter(self.power.after(Command::QuickStop)),
+                ABORT_STOPS => self.switch_off(),
                 _ => {}
             }
         }
-        let command = match self.node.od().read(ERROR_BEHAVIOUR) {
-            Ok(Value::Unsigned8(0)) if self.node.state() == NmtState::Operational => NmtCommand::EnterPreOperational,
-            Ok(Value::Unsigned8(2)) => NmtCommand::StopRemoteNode,
+        let command = match self.number(ERROR_BEHAVIOUR) {
+            Some(0) if self.node.state() == NmtState::Operational => NmtCommand::EnterPreOperational,
+            Some(2) => NmtCommand::StopRemoteNode,
             _ => return,
         };
         let frame = wire::nmt_frame(command, self.parameters.node());
@@ -81,16 +94,10 @@ impl EmulatedDrive {
         self.publish();
     }
 
-    /// Reports an error that leaves the power stage alone.
-    pub(super) fn warn(&mut self, code: u16, register: u8, now: Instant, outbox: &mut Outbox) {
-        let emergency = self.node.raise_emergency(code, ErrorRegister(register), [0; 5]);
-        self.send(&emergency, now, outbox);
-    }
-
     /// Reports an error, switches off and brakes. The reaction takes no time: the brake holds at once.
     pub(super) fn fault(&mut self, code: u16, register: u8, now: Instant, outbox: &mut Outbox) {
         self.warn(code, register, now, outbox);
-        self.set(od::ERROR_CODE.address(), Value::Unsigned16(code));
+        self.set_number(od::ERROR_CODE.address(), code.into());
         self.enter(self.power.after_fault().after_fault_reaction());
     }
 
@@ -100,22 +107,34 @@ impl EmulatedDrive {
 
     pub(super) fn enter(&mut self, state: PowerState) {
         if state != PowerState::OperationEnabled {
-            self.set(od::TARGET_TORQUE.address(), Value::Integer16(0));
+            self.set_number(od::TARGET_TORQUE.address(), 0);
         }
         self.power = state;
         self.publish();
     }
 
+    /// Quick stop options 5 to 8 stay in *Quick stop active*, 0 to 4 go on to *Switch on disabled* when the motor stands, which
+    /// here takes no time.
+    fn stays_after_quick_stop(&self) -> bool {
+        self.number(od::QUICK_STOP_OPTION.address()).is_none_or(|option| option >= FIRST_STAYING_OPTION)
+    }
+
+    /// Mode 0 is no mode: a motor that is on goes off.
+    pub(super) fn on_mode(&mut self) {
+        let no_mode = self.number(od::MODE_OF_OPERATION.address()) == Some(0);
+        if no_mode && self.power == PowerState::OperationEnabled {
+            self.switch_off();
+        }
+    }
+
     /// The torque in force.
     pub(super) fn torque_per_mille(&self) -> Torque {
-        let mode = self.node.od().read(od::MODE_OF_OPERATION.address());
-        let obeys =
-            self.power == PowerState::OperationEnabled && mode == Ok(Value::Integer8(od::CYCLIC_SYNCHRONOUS_TORQUE));
-        let target = match self.node.od().read(od::TARGET_TORQUE.address()) {
-            Ok(Value::Integer16(target)) if obeys => target,
-            _ => 0,
-        };
-        let limit = i16::try_from(self.unsigned16(od::MAXIMUM_TORQUE.address())).unwrap_or(i16::MAX);
+        let mode = self.number(od::MODE_OF_OPERATION.address());
+        let obeys = self.power == PowerState::OperationEnabled && mode == Some(od::CYCLIC_SYNCHRONOUS_TORQUE.into());
+        let target = self.number(od::TARGET_TORQUE.address()).and_then(|target| i16::try_from(target).ok());
+        let target = target.filter(|_| obeys).unwrap_or_default();
+        let limit = self.number(od::MAXIMUM_TORQUE.address()).unwrap_or(self.parameters.maximum_torque().into());
+        let limit = i16::try_from(limit).unwrap_or(i16::MAX);
         Torque { applied: target.clamp(-limit, limit), limited: target.unsigned_abs() > limit.unsigned_abs(), obeys }
     }
 
@@ -129,13 +148,13 @@ impl EmulatedDrive {
             .with(flag(Statusword::REMOTE, remote))
             .with(flag(Statusword::INTERNAL_LIMIT_ACTIVE, torque.limited))
             .with(flag(Statusword::FOLLOWS_TARGET, torque.obeys));
-        self.set(od::STATUSWORD.address(), Value::Unsigned16(status.bits()));
-        self.set(TORQUE_DEMAND, Value::Integer16(torque.applied));
-        self.set(od::TORQUE_ACTUAL.address(), Value::Integer16(torque.applied));
+        self.set_number(od::STATUSWORD.address(), status.bits().into());
+        self.set_number(TORQUE_DEMAND, torque.applied.into());
+        self.set_number(od::TORQUE_ACTUAL.address(), torque.applied.into());
         let outputs = if self.power == PowerState::OperationEnabled { 0 } else { BRAKE_OUTPUT };
-        self.set(DIGITAL_OUTPUTS, Value::Unsigned32(outputs));
-        if let Ok(mode) = self.node.od().read(od::MODE_OF_OPERATION.address()) {
-            self.set(od::MODE_OF_OPERATION_DISPLAY.address(), mode);
+        self.set_number(DIGITAL_OUTPUTS, outputs.into());
+        if let Some(mode) = self.number(od::MODE_OF_OPERATION.address()) {
+            self.set_number(od::MODE_OF_OPERATION_DISPLAY.address(), mode);
         }
     }
 }

@@ -1,91 +1,227 @@
 //! What the drive's SDO server refuses beyond types and access rights: values out of range, and PDO parameters changed
 //! in an order that CiA 301 (7.5.2.36) does not allow. Real drives refuse the same, so a master is tested on it here.
 
-use super::dictionary::{CAPACITY, MAPPING_ENTRIES, Mappable, QUICK_STOP_STAYS, object};
+use super::dictionary::Mappable;
+use super::numbers::number_of;
+use super::objects::DriveDictionary;
 use canopen_rs::sync::is_valid_counter_overflow;
 use canopen_rs::{Address, MappingEntry, ObjectDictionary, TransmissionType, Value, pdo};
-use uarm_io::drive::objects::CYCLIC_SYNCHRONOUS_TORQUE;
+use uarm_io::drive::cia402::PowerState;
+use uarm_io::drive::objects as od;
 
-/// Why a write is refused, as an SDO abort code (CiA 301, 7.2.4.3.17).
+/// Why an access is refused, as an SDO abort code (CiA 301, 7.2.4.3.17).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// Command specifier not valid: every object that can be written fits an expedited transfer.
-    NotExpedited,
+    /// Toggle bit not alternated.
+    Toggle,
     /// Unsupported access: the PDO has to be switched off first.
     PdoInUse,
+    /// Attempt to write a read only object.
+    ReadOnly,
+    /// No such object.
+    NoObject,
     /// The object cannot be mapped to the PDO.
     CannotBeMapped,
     /// The mapped objects are longer than a PDO.
     TooLong,
+    /// The parameter is incompatible with another one.
+    Incompatible,
+    /// More bytes than the object has.
+    TooManyBytes,
+    /// Fewer bytes than the object has.
+    TooFewBytes,
+    /// The object has no such sub-index.
+    NoSubindex,
     /// Value out of range.
     ValueRange,
+    /// Value too high.
+    TooHigh,
+    /// Value too low.
+    TooLow,
+    /// Not in the present state of the device.
+    State,
+    /// No data to give.
+    NoData,
 }
 
 impl Refusal {
     /// The abort code.
     pub const fn code(self) -> u32 {
         match self {
-            Self::NotExpedited => 0x0504_0001,
+            Self::Toggle => 0x0503_0000,
             Self::PdoInUse => 0x0601_0000,
+            Self::ReadOnly => 0x0601_0002,
+            Self::NoObject => 0x0602_0000,
             Self::CannotBeMapped => 0x0604_0041,
             Self::TooLong => 0x0604_0042,
+            Self::Incompatible => 0x0604_0043,
+            Self::TooManyBytes => 0x0607_0012,
+            Self::TooFewBytes => 0x0607_0013,
+            Self::NoSubindex => 0x0609_0011,
             Self::ValueRange => 0x0609_0030,
+            Self::TooHigh => 0x0609_0031,
+            Self::TooLow => 0x0609_0032,
+            Self::State => 0x0800_0022,
+            Self::NoData => 0x0800_0024,
         }
     }
 }
 
-type Dictionary = ObjectDictionary<CAPACITY>;
+/// What a write is judged by.
+#[derive(Debug)]
+pub struct Rules<'a, const N: usize> {
+    /// The values in force.
+    pub values: &'a ObjectDictionary<N>,
+    /// The objects that the drive has.
+    pub objects: &'a DriveDictionary,
+    /// The state of the power stage.
+    pub power: PowerState,
+}
 
-/// Command byte of an SDO download's first frame, and its flag for data within that frame (CiA 301, 7.2.4.3.3).
-const DOWNLOAD: u8 = 0x20;
-const COMMAND_MASK: u8 = 0xE0;
-const EXPEDITED: u8 = 0x02;
-const ABORT: u8 = 0x80;
-
-/// The abort that answers `request` if the drive refuses it; `None` if the server may go on with it.
-pub fn abort(dictionary: &Dictionary, request: &[u8; 8]) -> Option<[u8; 8]> {
-    let [command, low, high, subindex, d0, d1, d2, d3] = *request;
-    if command & COMMAND_MASK != DOWNLOAD {
-        return None;
+impl<const N: usize> Rules<'_, N> {
+    /// Whether there is an object at `address`.
+    pub fn exists(&self, address: Address) -> Result<(), Refusal> {
+        match self.objects.object(address) {
+            Some(_) => Ok(()),
+            None if self.objects.has_index(address.index) => Err(Refusal::NoSubindex),
+            None => Err(Refusal::NoObject),
+        }
     }
-    let address = Address::new(u16::from_le_bytes([low, high]), subindex);
-    let entry = dictionary.entry(address).filter(|entry| entry.access.is_writable())?;
-    let refusal = if command & EXPEDITED == 0 {
-        Refusal::NotExpedited
-    } else {
-        let data = [d0, d1, d2, d3];
-        let data = data.get(..entry.value.size())?;
-        let value = Value::decode_le(entry.value.data_type(), data).ok()?;
-        check(dictionary, address, value).err()?
-    };
-    let [c0, c1, c2, c3] = refusal.code().to_le_bytes();
-    Some([ABORT, low, high, subindex, c0, c1, c2, c3])
+
+    /// Whether `value` may be written.
+    pub fn check(&self, address: Address, value: Value) -> Result<(), Refusal> {
+        if let Some(number) = number_of(&value) {
+            self.check_limits(address, number)?;
+        }
+        let in_range = match (address.index, address.subindex, value) {
+            (0x1003, 0, Value::Unsigned8(count)) => count == 0,
+            (0x1016, 1.., Value::Unsigned32(entry)) => return self.check_consumer(address, entry),
+            (0x1019, 0, Value::Unsigned8(overflow)) => is_valid_counter_overflow(overflow),
+            (0x1029, 1, Value::Unsigned8(behaviour)) => behaviour <= 2,
+            (0x1400..=0x15FF | 0x1800..=0x19FF, 1, Value::Unsigned32(identifier)) => {
+                return self.check_identifier(address, identifier);
+            }
+            (0x1400..=0x15FF, 2, Value::Unsigned8(kind)) => receives(kind),
+            (0x1800..=0x19FF, 2, Value::Unsigned8(kind)) => transmits(kind),
+            (0x1600..=0x17FF | 0x1A00..=0x1BFF, 0, Value::Unsigned8(count)) => {
+                return self.check_count(address.index, count);
+            }
+            (0x1600..=0x17FF | 0x1A00..=0x1BFF, _, Value::Unsigned32(mapping)) => {
+                return self.check_mapping(address.index, MappingEntry::from_u32(mapping));
+            }
+            (0x6007, 0, Value::Integer16(option)) => (0..=3).contains(&option),
+            (0x605A, 0, Value::Integer16(option)) => (0..=8).contains(&option),
+            (0x6060, 0, Value::Integer8(mode)) => mode == 0 || self.knows_mode(mode),
+            (0x6075 | 0x6076, 0, Value::Unsigned32(_)) if self.power == PowerState::OperationEnabled => {
+                return Err(Refusal::State);
+            }
+            (0x6075 | 0x6076, 0, Value::Unsigned32(rated)) => rated > 0,
+            (0x60C2, 1, Value::Unsigned8(mantissa)) => mantissa > 0,
+            _ => true,
+        };
+        if in_range { Ok(()) } else { Err(Refusal::ValueRange) }
+    }
+
+    /// The limits of a maker's dictionary. Words of several fields have none, whatever it says: an entry of 1016h with a
+    /// node in it is no larger number than one without.
+    fn check_limits(&self, address: Address, number: i128) -> Result<(), Refusal> {
+        let is_packed = matches!((address.index, address.subindex), (0x1016 | 0x1600..=0x17FF | 0x1A00..=0x1BFF, 1..) | (0x1400..=0x15FF | 0x1800..=0x19FF, 1));
+        let Some(object) = self.objects.object(address).filter(|_| !is_packed) else { return Ok(()) };
+        if object.high.is_some_and(|high| number > high) {
+            return Err(Refusal::TooHigh);
+        }
+        if object.low.is_some_and(|low| number < low) {
+            return Err(Refusal::TooLow);
+        }
+        Ok(())
+    }
+
+    /// Bit n − 1 of 6502h stands for mode n.
+    fn knows_mode(&self, mode: i8) -> bool {
+        let modes = self.values.read(od::SUPPORTED_MODES.address()).ok().and_then(|modes| number_of(&modes));
+        let bit = u32::try_from(mode).ok().and_then(|mode| mode.checked_sub(1)).and_then(|bit| 1_i128.checked_shl(bit));
+        match (modes, bit) {
+            (Some(modes), Some(bit)) => modes & bit != 0,
+            (None, _) => mode == od::CYCLIC_SYNCHRONOUS_TORQUE,
+            (Some(_), None) => false,
+        }
+    }
+
+    /// An entry names a node of 1 to 127, or is unused; no two entries name one node.
+    fn check_consumer(&self, address: Address, entry: u32) -> Result<(), Refusal> {
+        let (node, time) = (entry >> 16, entry & 0xFFFF);
+        if node > 127 || node == 0 && time != 0 {
+            return Err(Refusal::ValueRange);
+        }
+        let others = self.objects.objects().iter().filter(|other| {
+            other.address.index == address.index && other.address.subindex > 0 && other.address != address
+        });
+        let taken = others
+            .filter_map(|other| number_of(&self.values.read(other.address).ok()?))
+            .any(|other| other >> 16 == i128::from(node) && other & 0xFFFF != 0);
+        if taken && time != 0 { Err(Refusal::Incompatible) } else { Ok(()) }
+    }
+
+    /// The identifier of a PDO in use may not change; it has to be switched off (bit 31) first.
+    fn check_identifier(&self, address: Address, identifier: u32) -> Result<(), Refusal> {
+        let Ok(Value::Unsigned32(current)) = self.values.read(address) else { return Ok(()) };
+        let both_valid = pdo::pdo_is_valid(current) && pdo::pdo_is_valid(identifier);
+        let changed = pdo::pdo_can_id(current) != pdo::pdo_can_id(identifier);
+        if identifier & EXTENDED != 0 || both_valid && changed { Err(Refusal::ValueRange) } else { Ok(()) }
+    }
+
+    /// A mapping may change only while its PDO is switched off.
+    fn pdo_is_off(&self, mapping_index: u16) -> Result<(), Refusal> {
+        // 1600h belongs to 1400h, 1A00h to 1800h.
+        match self.values.read(Address::new(mapping_index - 0x200, 1)) {
+            Ok(Value::Unsigned32(identifier)) if pdo::pdo_is_valid(identifier) => Err(Refusal::PdoInUse),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_count(&self, index: u16, count: u8) -> Result<(), Refusal> {
+        self.pdo_is_off(index)?;
+        let longest =
+            self.objects.objects().iter().filter(|object| object.address.index == index).count().saturating_sub(1);
+        if usize::from(count) > longest || count > LONGEST_MAPPING {
+            return Err(Refusal::TooLong);
+        }
+        let mut bits = 0_u32;
+        for subindex in 1..=count {
+            let Ok(Value::Unsigned32(mapping)) = self.values.read(Address::new(index, subindex)) else { continue };
+            self.check_mappable(index, MappingEntry::from_u32(mapping))?;
+            bits += u32::from(MappingEntry::from_u32(mapping).bit_length);
+        }
+        if bits > 64 { Err(Refusal::TooLong) } else { Ok(()) }
+    }
+
+    fn check_mapping(&self, index: u16, mapping: MappingEntry) -> Result<(), Refusal> {
+        self.pdo_is_off(index)?;
+        match self.values.read(Address::new(index, 0)) {
+            Ok(Value::Unsigned8(0)) => {}
+            _ => return Err(Refusal::PdoInUse),
+        }
+        // Zero empties the entry.
+        if mapping.to_u32() == 0 { Ok(()) } else { self.check_mappable(index, mapping) }
+    }
+
+    fn check_mappable(&self, index: u16, mapping: MappingEntry) -> Result<(), Refusal> {
+        let receives = index < 0x1800;
+        let fits = self.objects.object(mapping.address).is_some_and(|object| match object.mappable {
+            Mappable::No => false,
+            Mappable::Transmit => !receives,
+            Mappable::Receive => true,
+        });
+        let bytes = self.values.entry(mapping.address).map(|entry| entry.value.size());
+        let same_width = bytes.is_some_and(|bytes| usize::from(mapping.bit_length) == 8 * bytes);
+        if fits && same_width { Ok(()) } else { Err(Refusal::CannotBeMapped) }
+    }
 }
 
-/// Whether `value` may be written.
-fn check(dictionary: &Dictionary, address: Address, value: Value) -> Result<(), Refusal> {
-    let in_range = match (address.index, address.subindex, value) {
-        (0x1019, 0, Value::Unsigned8(overflow)) => is_valid_counter_overflow(overflow),
-        (0x1029, 1, Value::Unsigned8(behaviour)) => behaviour <= 2,
-        (0x1400 | 0x1800, 1, Value::Unsigned32(identifier)) => {
-            return check_identifier(dictionary, address, identifier);
-        }
-        (0x1400, 2, Value::Unsigned8(kind)) => receives(kind),
-        // Only "at each SYNC": this drive has no other trigger.
-        (0x1800, 2, Value::Unsigned8(kind)) => kind == 1,
-        (0x1600 | 0x1A00, 0, Value::Unsigned8(count)) => return check_count(dictionary, address.index, count),
-        (0x1600 | 0x1A00, _, Value::Unsigned32(mapping)) => {
-            return check_mapping(dictionary, address.index, MappingEntry::from_u32(mapping));
-        }
-        (0x6007, 0, Value::Integer16(option)) => (0..=3).contains(&option),
-        (0x605A, 0, Value::Integer16(option)) => option == QUICK_STOP_STAYS,
-        (0x6060, 0, Value::Integer8(mode)) => mode == 0 || mode == CYCLIC_SYNCHRONOUS_TORQUE,
-        (0x6075 | 0x6076, 0, Value::Unsigned32(rated)) => rated > 0,
-        (0x60C2, 1, Value::Unsigned8(mantissa)) => mantissa > 0,
-        _ => true,
-    };
-    if in_range { Ok(()) } else { Err(Refusal::ValueRange) }
-}
+/// Bit 29 of a PDO's identifier: a 29-bit identifier, which this drive does not know.
+const EXTENDED: u32 = 1 << 29;
+/// A PDO has eight bytes, and no object less than one.
+const LONGEST_MAPPING: u8 = 8;
 
 /// Transmission types that an RPDO of this drive knows: at SYNC, or on reception.
 fn receives(kind: u8) -> bool {
@@ -96,76 +232,34 @@ fn receives(kind: u8) -> bool {
     )
 }
 
-/// Bit 29 of a PDO's identifier: a 29-bit identifier, which this drive does not know.
-const EXTENDED: u32 = 1 << 29;
-
-/// The identifier of a PDO in use may not change; it has to be switched off (bit 31) first.
-fn check_identifier(dictionary: &Dictionary, address: Address, identifier: u32) -> Result<(), Refusal> {
-    let Ok(Value::Unsigned32(current)) = dictionary.read(address) else { return Ok(()) };
-    let both_valid = pdo::pdo_is_valid(current) && pdo::pdo_is_valid(identifier);
-    let changed = pdo::pdo_can_id(current) != pdo::pdo_can_id(identifier);
-    if identifier & EXTENDED != 0 || both_valid && changed { Err(Refusal::ValueRange) } else { Ok(()) }
-}
-
-/// A mapping may change only while its PDO is switched off.
-fn pdo_is_off(dictionary: &Dictionary, mapping_index: u16) -> Result<(), Refusal> {
-    // 1600h belongs to 1400h, 1A00h to 1800h.
-    match dictionary.read(Address::new(mapping_index - 0x200, 1)) {
-        Ok(Value::Unsigned32(identifier)) if pdo::pdo_is_valid(identifier) => Err(Refusal::PdoInUse),
-        _ => Ok(()),
-    }
-}
-
-fn check_count(dictionary: &Dictionary, index: u16, count: u8) -> Result<(), Refusal> {
-    pdo_is_off(dictionary, index)?;
-    if count > MAPPING_ENTRIES {
-        return Err(Refusal::TooLong);
-    }
-    let mut bits = 0_u32;
-    for subindex in 1..=count {
-        let Ok(Value::Unsigned32(mapping)) = dictionary.read(Address::new(index, subindex)) else { continue };
-        check_mappable(dictionary, index, MappingEntry::from_u32(mapping))?;
-        bits += u32::from(MappingEntry::from_u32(mapping).bit_length);
-    }
-    if bits > 64 { Err(Refusal::TooLong) } else { Ok(()) }
-}
-
-fn check_mapping(dictionary: &Dictionary, index: u16, mapping: MappingEntry) -> Result<(), Refusal> {
-    pdo_is_off(dictionary, index)?;
-    match dictionary.read(Address::new(index, 0)) {
-        Ok(Value::Unsigned8(0)) => {}
-        _ => return Err(Refusal::PdoInUse),
-    }
-    // Zero empties the entry.
-    if mapping.to_u32() == 0 { Ok(()) } else { check_mappable(dictionary, index, mapping) }
-}
-
-fn check_mappable(dictionary: &Dictionary, index: u16, mapping: MappingEntry) -> Result<(), Refusal> {
-    let receives = index < 0x1800;
-    let fits = object(mapping.address).is_some_and(|object| match object.mappable {
-        Mappable::No => false,
-        Mappable::Transmit => !receives,
-        Mappable::Receive => true,
-    });
-    let bytes = dictionary.entry(mapping.address).map(|entry| entry.value.size());
-    let same_width = bytes.is_some_and(|bytes| usize::from(mapping.bit_length) == 8 * bytes);
-    if fits && same_width { Ok(()) } else { Err(Refusal::CannotBeMapped) }
+/// Transmission types that a TPDO of this drive knows: the same. It answers no remote frames.
+fn transmits(kind: u8) -> bool {
+    receives(kind)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::dictionary::dictionary;
+    use crate::drive::dictionary::CAPACITY;
     use crate::drive::parameters::{DriveParameters, tests::description};
 
-    fn drive() -> Dictionary {
-        dictionary(&DriveParameters::new(description(3)).unwrap())
+    struct Drive {
+        objects: DriveDictionary,
+        values: ObjectDictionary<CAPACITY>,
+        power: PowerState,
     }
 
-    fn write(dictionary: &mut Dictionary, index: u16, subindex: u8, value: Value) -> Result<(), Refusal> {
+    fn drive() -> Drive {
+        let objects = DriveDictionary::own(&DriveParameters::new(description(3)).unwrap());
+        Drive { values: objects.at_power_on(), objects, power: PowerState::SwitchOnDisabled }
+    }
+
+    fn write(drive: &mut Drive, index: u16, subindex: u8, value: Value) -> Result<(), Refusal> {
         let address = Address::new(index, subindex);
-        check(dictionary, address, value)?;
-        dictionary.write(address, value).unwrap();
+        let rules = Rules { values: &drive.values, objects: &drive.objects, power: drive.power };
+        rules.exists(address)?;
+        rules.check(address, value)?;
+        drive.values.write(address, value).unwrap();
         Ok(())
     }
 
@@ -214,9 +308,10 @@ mod tests {
             (0x1019, 0, Value::Unsigned8(1)),
             (0x1029, 1, Value::Unsigned8(3)),
             (0x1400, 2, Value::Unsigned8(241)),
-            (0x1800, 2, Value::Unsigned8(255)),
+            (0x1003, 0, Value::Unsigned8(1)),
+            (0x1800, 2, Value::Unsigned8(253)),
             (0x6007, 0, Value::Integer16(4)),
-            (0x605A, 0, Value::Integer16(2)),
+            (0x605A, 0, Value::Integer16(9)),
             (0x6060, 0, Value::Integer8(8)),
             (0x6076, 0, Value::Unsigned32(0)),
             (0x60C2, 1, Value::Unsigned8(0)),
@@ -227,15 +322,37 @@ mod tests {
     }
 
     #[test]
-    fn refusals_reach_the_wire_as_aborts() {
-        let drive = drive();
-        let mode_8 = [0x2F, 0x60, 0x60, 0x00, 8, 0, 0, 0];
-        assert_eq!(abort(&drive, &mode_8), Some([0x80, 0x60, 0x60, 0x00, 0x30, 0x00, 0x09, 0x06]));
-        let mode_10 = [0x2F, 0x60, 0x60, 0x00, 10, 0, 0, 0];
-        assert_eq!(abort(&drive, &mode_10), None);
-        let segmented = [0x21, 0x60, 0x60, 0x00, 1, 0, 0, 0];
-        assert_eq!(abort(&drive, &segmented), Some([0x80, 0x60, 0x60, 0x00, 0x01, 0x00, 0x04, 0x05]));
-        let upload = [0x40, 0x60, 0x60, 0x00, 0, 0, 0, 0];
-        assert_eq!(abort(&drive, &upload), None);
+    fn a_heartbeats_sender_is_a_node_and_named_once() {
+        let mut drive = drive();
+        let consumer = |node: u32, time: u32| Value::Unsigned32(node << 16 | time);
+        assert_eq!(write(&mut drive, 0x1016, 1, consumer(200, 50)), Err(Refusal::ValueRange));
+        assert_eq!(write(&mut drive, 0x1016, 1, consumer(0, 50)), Err(Refusal::ValueRange));
+        assert_eq!(write(&mut drive, 0x1016, 1, consumer(127, 50)), Ok(()));
+        assert_eq!(write(&mut drive, 0x1016, 1, consumer(0, 0)), Ok(()));
+        assert_eq!(write(&mut drive, 0x1016, 2, consumer(127, 50)), Err(Refusal::NoSubindex));
+        assert_eq!(write(&mut drive, 0x1015, 0, consumer(0, 0)), Err(Refusal::NoObject));
+    }
+
+    #[test]
+    fn ratings_stand_while_the_motor_is_on() {
+        let mut drive = drive();
+        assert_eq!(write(&mut drive, 0x6076, 0, Value::Unsigned32(100)), Ok(()));
+        drive.power = PowerState::OperationEnabled;
+        assert_eq!(write(&mut drive, 0x6076, 0, Value::Unsigned32(200)), Err(Refusal::State));
+    }
+
+    /// Elmo's dictionary limits 1016h to 65535, which has no room for a node.
+    #[test]
+    fn a_makers_limits_hold_but_for_packed_words() {
+        let mut drive = drive();
+        let limited = |object: &crate::drive::objects::DriveObject| match object.address.index {
+            0x1016 | 0x1017 => crate::drive::objects::DriveObject { low: Some(10), high: Some(65_535), ..*object },
+            _ => *object,
+        };
+        let parameters = DriveParameters::new(description(3)).unwrap();
+        drive.objects = DriveDictionary::of_maker(&parameters, drive.objects.objects().iter().map(limited));
+        assert_eq!(write(&mut drive, 0x1017, 0, Value::Unsigned16(9)), Err(Refusal::TooLow));
+        assert_eq!(write(&mut drive, 0x1017, 0, Value::Unsigned16(10)), Ok(()));
+        assert_eq!(write(&mut drive, 0x1016, 1, Value::Unsigned32(0x007F_0032)), Ok(()));
     }
 }

@@ -2,10 +2,13 @@
 
 use super::dictionary::CAPACITY;
 use super::faults::Faults;
+use super::memory::{Download, Errors, PDOS, Sent};
+use super::numbers::{number_of, value_of};
+use super::objects::DriveDictionary;
 use super::parameters::DriveParameters;
 use super::timers::{Ticker, Watchdog};
 use crate::outbox::Outbox;
-use canopen_rs::{Address, Node, TxFrame, Value};
+use canopen_rs::{Address, Node, TxFrame};
 use embedded_can::StandardId;
 use uarm_io::drive::cia402::{Controlword, PowerState};
 use uarm_io::frame::Frame;
@@ -27,10 +30,14 @@ pub(crate) enum Reaction {
 ///
 /// The brake is open in *Operation enabled* and closed in every other state. Target torque acts in cyclic synchronous torque
 /// mode only, and is zeroed when the drive leaves *Operation enabled*, so that no old value acts when it comes back.
+///
+/// `N` is how many objects it can hold. The default is for its own dictionary; a maker's needs more.
 #[derive(Debug)]
-pub struct EmulatedDrive {
+pub struct EmulatedDrive<const N: usize = CAPACITY> {
     pub(super) parameters: DriveParameters,
-    pub(super) node: Node<CAPACITY>,
+    /// Its objects at power-on.
+    pub(super) objects: DriveDictionary,
+    pub(super) node: Node<N>,
     pub(super) power: PowerState,
     /// The previous controlword: a fault reset is an edge.
     pub(super) controlword: Controlword,
@@ -39,29 +46,34 @@ pub struct EmulatedDrive {
     pub(super) commands: Watchdog,
     /// A synchronous RPDO waits for the next SYNC.
     pub(super) command_waits: bool,
+    /// A write in segments, not yet whole.
+    pub(super) download: Option<Download>,
+    pub(super) errors: Errors,
+    /// What the TPDOs last carried.
+    pub(super) sent: [Sent; PDOS],
+    /// The last SYNC had the wrong length: said once.
+    pub(super) sync_is_wrong: bool,
+    /// When it has booted.
+    pub(super) boots_at: Option<Instant>,
+    /// The fault with which it starts was reported.
+    pub(super) had_first_fault: bool,
     pub(super) faults: Faults,
     /// An injected fault that is yet to be reported.
     pub(super) report_due: bool,
 }
 
-impl EmulatedDrive {
-    pub(super) fn unsigned(&self, address: Address) -> u32 {
-        match self.node.od().read(address) {
-            Ok(Value::Unsigned32(value)) => value,
-            _ => 0,
-        }
+impl<const N: usize> EmulatedDrive<N> {
+    /// The integer that an object holds; `None` if there is none, or it holds something else.
+    pub(super) fn number(&self, address: Address) -> Option<i128> {
+        self.node.od().entry(address).and_then(|entry| number_of(&entry.value))
     }
 
-    pub(super) fn unsigned16(&self, address: Address) -> u16 {
-        match self.node.od().read(address) {
-            Ok(Value::Unsigned16(value)) => value,
-            _ => 0,
+    /// Makes an object show a number. A maker's dictionary need not have it, nor give it room for the number.
+    pub(super) fn set_number(&mut self, address: Address, number: i128) {
+        let data_type = self.node.od().entry(address).map(|entry| entry.value.data_type());
+        if let Some(value) = data_type.and_then(|data_type| value_of(data_type, number)) {
+            let _ = self.node.od_mut().set(address, value);
         }
-    }
-
-    /// Sets an object of the table; the table's test makes sure that it is there with this type.
-    pub(super) fn set(&mut self, address: Address, value: Value) {
-        let _ = self.node.od_mut().set(address, value);
     }
 
     pub(super) fn send(&self, frame: &TxFrame, now: Instant, outbox: &mut Outbox) {

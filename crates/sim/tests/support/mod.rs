@@ -164,6 +164,7 @@ impl<L: Link> Master<L> {
     pub fn configure(&mut self) {
         for id in 1..=3 {
             self.write(id, 0x6060, 0, Value::Integer8(objects::CYCLIC_SYNCHRONOUS_TORQUE)).unwrap();
+            self.write(id, 0x1019, 0, Value::Unsigned8(wire::SYNC_COUNTER_OVERFLOW)).unwrap();
             self.write(id, 0x1016, 1, Value::Unsigned32(wire::consumer_heartbeat_entry(PATIENCE))).unwrap();
         }
         self.heartbeat();
