@@ -8,6 +8,7 @@
 //! | [`simulated_robot`], [`simulation`] | a plant behind emulated drives; a run on it in virtual time |
 //! | [`report`], [`inspection`], [`figures`] | what runs and logs tell: for people, in terminals, as figures |
 //! | [`log_files`], [`signals`], [`options`] | where logs go; signals that end a run; choices on command lines |
+//! | [`text_file`] | text files that people write, read in bounded memory |
 //! | [`exit`], [`error_text`] | exit codes; errors in words |
 //! | [`bus_observation`] | what is heard on a bus by somebody who sends nothing |
 //! | [`dimensions`] | the one place that says how many joints the robot has |
@@ -30,3 +31,4 @@ pub mod robot;
 pub mod signals;
 pub mod simulated_robot;
 pub mod simulation;
+pub mod text_file;

@@ -11,6 +11,7 @@ use uarm_loop::outcome::Indices;
 use uarm_loop::timing::{LatencySummary, TimingSummary, Verdict};
 
 use crate::dimensions::{ACTIVE, LoopRobot, Outcome};
+use crate::robot::Robot;
 
 /// How a run that ended as planned tells it.
 pub const COMPLETED: &str = "completed";
@@ -31,23 +32,25 @@ pub struct RunReport {
     pub fault: Option<String>,
     /// Did it end as planned?
     pub completed: bool,
-    /// The indices over the task's duration.
-    pub indices: Indices,
-    /// The paper's, where it has any.
+    /// How much of the task the numbers are about.
+    pub coverage: Coverage,
+    /// The indices over the task, as far as it is covered; nothing if no cycle of it is.
+    pub indices: Option<Indices>,
+    /// The paper's, where it has any: of its own robot and task, and of the whole of it.
     pub paper: Option<Indices>,
-    /// Tracking error of joints 2 and 3 in the last cycle, degrees.
-    pub final_error_deg: [f64; ACTIVE],
-    /// Largest torques applied, N·m.
-    pub peak_torque_nm: [f64; ACTIVE],
-    /// How far the base turned from the first cycle to the last, degrees.
-    pub base_drift_deg: f64,
+    /// Tracking error of joints 2 and 3 in the last cycle, degrees; nothing without a cycle.
+    pub final_error_deg: Option<[f64; ACTIVE]>,
+    /// Largest torques applied, N·m; nothing without a cycle.
+    pub peak_torque_nm: Option<[f64; ACTIVE]>,
+    /// How far the base turned from the first cycle to the last, degrees; nothing without a cycle.
+    pub base_drift_deg: Option<f64>,
     /// Cycles in which the limiter cut a torque.
     pub limited_cycles: u64,
     /// The clock that the loop ran on.
     pub clock: ClockKind,
     /// Timing of the loop.
     pub timing: TimingSummary,
-    /// What to make of it; nothing in virtual time, which has no latencies.
+    /// What to make of it; nothing in virtual time, which has no latencies, and nothing where cycles are missing.
     pub timing_verdict: Option<Verdict>,
     /// The bus, computed from the robot file.
     pub bus: BusReport,
@@ -62,11 +65,37 @@ pub struct RunReport {
     pub losses: Vec<String>,
 }
 
+/// How much of a task the numbers of a report are about.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Coverage {
+    /// Task time up to which there are cycles, s.
+    pub until_s: f64,
+    /// The duration of the task, s.
+    pub task_s: f64,
+    /// Whether cycles that ran before that are missing.
+    pub cycles_are_missing: bool,
+}
+
+impl Coverage {
+    fn new(robot: &LoopRobot, outcome: &Outcome, completed: bool) -> Self {
+        let (task_s, period) = (robot.task.reference.duration(), robot.period.seconds(1));
+        // A cycle stands for the period that follows it; the last ones of a task may have been skipped.
+        let until = if completed { task_s } else { outcome.last_time.map_or(0.0, |time| time + period) };
+        let whole_periods = (until / period).round() * period;
+        Self { until_s: whole_periods.clamp(0.0, task_s), task_s, cycles_are_missing: false }
+    }
+
+    /// Is it the whole task?
+    pub fn is_whole(&self) -> bool {
+        self.until_s >= self.task_s && !self.cycles_are_missing
+    }
+}
+
 /// What a run was, for its report.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject<'a> {
     /// The robot.
-    pub robot: &'a LoopRobot,
+    pub robot: &'a Robot,
     /// The simulated plant, or the interface.
     pub plant: &'a str,
     /// The name of the control law; logs may name one that this version does not know.
@@ -99,30 +128,43 @@ impl RunReport {
     /// The report of a run of which no record was lost.
     pub fn new(subject: Subject<'_>, ending: Ending, outcome: &Outcome, log: Option<PathBuf>) -> Self {
         let Subject { robot, plant, controller, clock } = subject;
-        let (bus, timing) = (robot.bus.time, outcome.timing);
+        let description = &robot.description;
+        let (bus, timing) = (description.bus.time, outcome.timing);
         let in_real_time = clock == ClockKind::Monotonic;
+        let coverage = Coverage::new(description, outcome, ending.completed);
+        let has_published = coverage.is_whole() && robot.is_the_papers();
+        let published = || Law::from_name(controller).and_then(Indices::published);
+        let has_cycles = outcome.last_time.is_some();
         Self {
-            robot: robot.name.clone(),
+            robot: description.name.clone(),
             plant: plant.to_owned(),
             controller: controller.to_owned(),
             end: ending.text,
             fault: ending.fault,
             completed: ending.completed,
-            indices: outcome.indices,
-            paper: Law::from_name(controller).and_then(Indices::published),
-            final_error_deg: outcome.final_error.map(f64::to_degrees),
-            peak_torque_nm: outcome.peak_torque,
-            base_drift_deg: outcome.base_drift.to_degrees(),
+            coverage,
+            indices: outcome.last_time.is_some_and(|time| time >= 0.0).then_some(outcome.indices),
+            paper: has_published.then(published).flatten(),
+            final_error_deg: has_cycles.then(|| outcome.final_error.map(f64::to_degrees)),
+            peak_torque_nm: has_cycles.then_some(outcome.peak_torque),
+            base_drift_deg: has_cycles.then(|| outcome.base_drift.to_degrees()),
             limited_cycles: outcome.limited_cycles,
             clock,
             timing,
-            timing_verdict: in_real_time.then(|| timing.verdict()),
+            timing_verdict: (in_real_time && has_cycles).then(|| timing.verdict()),
             bus: BusReport { time_per_cycle_us: bus.cyclic.as_secs_f64() * 1e6, load: bus.load },
             page_faults: in_real_time.then_some(outcome.page_faults.minor + outcome.page_faults.major),
             log,
             records_dropped: 0,
             losses: Vec::new(),
         }
+    }
+
+    /// Says that cycles that ran are missing: what is computed without them is no figure of the whole run.
+    pub fn cycles_are_missing(&mut self) {
+        self.coverage.cycles_are_missing = true;
+        self.paper = None;
+        self.timing_verdict = None;
     }
 
     /// Was anything lost on the way?
@@ -132,16 +174,17 @@ impl RunReport {
 
     /// The figures of the report by name, for the log.
     pub fn figures(&self) -> Vec<(String, String)> {
-        let Indices { l2, e } = self.indices;
         let timing = &self.timing;
-        let mut figures = vec![
-            ("l2", l2.to_string()),
-            ("e_nm_s", e.to_string()),
+        let mut figures = Vec::new();
+        if let Some(Indices { l2, e }) = self.indices {
+            figures.extend([("l2", l2.to_string()), ("e_nm_s", e.to_string())]);
+        }
+        figures.extend([
             ("cycles", timing.cycles.to_string()),
             ("missed_deadlines", timing.missed_deadlines.to_string()),
             ("skipped_ticks", timing.skipped_ticks.to_string()),
             ("limited_cycles", self.limited_cycles.to_string()),
-        ];
+        ]);
         figures.extend(self.page_faults.map(|faults| ("page_faults", faults.to_string())));
         figures.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
@@ -153,11 +196,15 @@ impl RunReport {
     pub fn print(&self, output: &mut impl Write) -> io::Result<()> {
         writeln!(output, "{} on {}, controller {}: {}", self.robot, self.plant, self.controller, self.end)?;
         self.print_indices(output)?;
-        let [error_2, error_3] = self.final_error_deg;
-        let [peak_2, peak_3] = self.peak_torque_nm;
-        writeln!(output, "  error at the end   joint 2 {error_2:+.3} deg   joint 3 {error_3:+.3} deg")?;
-        writeln!(output, "  peak torque        joint 2 {peak_2:.4} N m   joint 3 {peak_3:.4} N m")?;
-        writeln!(output, "  base drift         {:+.2} deg", self.base_drift_deg)?;
+        if let Some([error_2, error_3]) = self.final_error_deg {
+            writeln!(output, "  error at the end   joint 2 {error_2:+.3} deg   joint 3 {error_3:+.3} deg")?;
+        }
+        if let Some([peak_2, peak_3]) = self.peak_torque_nm {
+            writeln!(output, "  peak torque        joint 2 {peak_2:.4} N m   joint 3 {peak_3:.4} N m")?;
+        }
+        if let Some(base_drift) = self.base_drift_deg {
+            writeln!(output, "  base drift         {base_drift:+.2} deg")?;
+        }
         if self.limited_cycles > 0 {
             writeln!(output, "  torque limited     in {} cycles", self.limited_cycles)?;
         }
@@ -172,7 +219,7 @@ impl RunReport {
     }
 
     fn print_indices(&self, output: &mut impl Write) -> io::Result<()> {
-        let Indices { l2, e } = self.indices;
+        let Some(Indices { l2, e }) = self.indices else { return Ok(()) };
         match self.paper {
             Some(paper) => {
                 let row =
@@ -180,18 +227,34 @@ impl RunReport {
                 writeln!(output, "  L2                 {}", row(l2, paper.l2))?;
                 writeln!(output, "  E (N m s)          {}", row(e, paper.e))
             }
-            None => writeln!(output, "  L2                 {l2:.4}\n  E (N m s)          {e:.4}"),
+            None => {
+                let part = self.part_of_the_task();
+                writeln!(output, "  L2                 {l2:.4}{part}\n  E (N m s)          {e:.4}{part}")
+            }
+        }
+    }
+
+    /// What must be said of indices that are not those of the whole task.
+    fn part_of_the_task(&self) -> String {
+        let Coverage { until_s, task_s, cycles_are_missing } = self.coverage;
+        if until_s < task_s {
+            format!("   of the first {until_s:.3} s of {task_s} s: not comparable")
+        } else if cycles_are_missing {
+            "   without the missing cycles: not comparable".to_owned()
+        } else {
+            String::new()
         }
     }
 
     fn print_timing(&self, output: &mut impl Write) -> io::Result<()> {
         let timing = &self.timing;
         let milliseconds = timing.period_ns as f64 / 1e6;
-        match self.timing_verdict {
-            None => {
+        match self.clock {
+            _ if timing.cycles == 0 => writeln!(output, "  loop               no cycle")?,
+            ClockKind::Virtual => {
                 writeln!(output, "  loop               {} cycles of {milliseconds} ms, in virtual time", timing.cycles)?
             }
-            Some(verdict) => {
+            ClockKind::Monotonic => {
                 writeln!(
                     output,
                     "  loop               {} cycles of {milliseconds} ms, {} deadlines missed, {} ticks skipped",
@@ -203,7 +266,12 @@ impl RunReport {
                 if let Some(faults) = self.page_faults {
                     writeln!(output, "  page faults        {faults} in the loop")?;
                 }
-                writeln!(output, "  verdict            {}: {}", verdict_word(verdict), advice(verdict))?;
+                match self.timing_verdict {
+                    Some(verdict) => {
+                        writeln!(output, "  verdict            {}: {}", verdict_word(verdict), advice(verdict))?
+                    }
+                    None => writeln!(output, "  verdict            none: the log is not whole")?,
+                }
             }
         }
         writeln!(
@@ -260,18 +328,23 @@ fn verdict_word(verdict: Verdict) -> &'static str {
     }
 }
 
-/// Prints the means over several experiments, as the paper gives them over five.
+/// Prints the means over the experiments that were completed, as the paper gives them over five.
 ///
 /// # Errors
 /// If the output cannot be written.
 pub fn print_mean(reports: &[RunReport], output: &mut impl Write) -> io::Result<()> {
-    let count = reports.len() as f64;
-    let mean = |value: fn(&RunReport) -> f64| reports.iter().map(value).sum::<f64>() / count;
+    let indices: Vec<_> =
+        reports.iter().filter(|report| report.completed).filter_map(|report| report.indices).collect();
+    if indices.len() < 2 {
+        return Ok(());
+    }
+    let count = indices.len() as f64;
+    let mean = |value: fn(&Indices) -> f64| indices.iter().map(value).sum::<f64>() / count;
     writeln!(
         output,
         "mean of {} experiments: L2 {:.4}, E {:.4} N m s",
-        reports.len(),
-        mean(|report| report.indices.l2),
-        mean(|report| report.indices.e)
+        indices.len(),
+        mean(|indices| indices.l2),
+        mean(|indices| indices.e)
     )
 }

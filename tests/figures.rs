@@ -71,7 +71,7 @@ fn curves_stand_where_the_axes_say() {
 fn figures_are_the_same_bytes_each_time() {
     let draw = || {
         let experiments = [Law::Nonlinear, Law::Fuzzy].map(experiment);
-        let overview = overview::overview(&experiments, "note");
+        let overview = overview::overview(&experiments, overview::Published::Shown, "note");
         let torque = paper::torque(&experiments[1], &paper::figures_of(Law::Fuzzy).unwrap(), "note");
         (svg(&overview).unwrap(), png(&torque).unwrap())
     };

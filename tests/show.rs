@@ -106,7 +106,8 @@ fn csv_files_hold_every_cycle_and_the_frames_are_candumps() {
     assert!(std::fs::read_to_string(folder.join("shown.csv")).unwrap() == table);
 
     let frames = std::fs::File::open(folder.join("frames.log")).unwrap();
-    let candump = uarm_log::candump::read(std::io::BufReader::new(frames)).unwrap();
+    let candump =
+        uarm_log::candump::read(std::io::BufReader::new(frames), uarm_log::candump::Interface::TheOnlyOne).unwrap();
     let log = uarm::dimensions::RunLog::read(&folder.join("run.mcap")).unwrap();
     assert_eq!((candump.frames.len(), candump.left_out), (log.frames.len(), 0));
     let direct = text(&uarm(&folder, &["show", "run.mcap", "--candump", "-"]).stdout);

@@ -9,6 +9,7 @@ use dem_model::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
 use serde::{Deserialize, Serialize};
 
 use crate::robot::{self, file};
+use crate::text_file;
 
 /// The longest arm that the command maps: one monomorphic copy of the map exists for each length.
 const MOST_LINKS: usize = 8;
@@ -52,7 +53,7 @@ struct ManipulatorFile {
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let (path, text) = match &arguments.file {
         None => (Path::new(robot::BUILT_IN_NAME).to_owned(), robot::BUILT_IN.to_owned()),
-        Some(path) => (path.clone(), std::fs::read_to_string(path).with_context(|| path.display().to_string())?),
+        Some(path) => (path.clone(), text_file::read(path).with_context(|| path.display().to_string())?),
     };
     let parsed: ManipulatorFile = toml::from_str(&text).with_context(|| path.display().to_string())?;
     let rows = map(&parsed.space_manipulator).with_context(|| format!("{}: space_manipulator", path.display()))?;

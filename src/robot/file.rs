@@ -23,19 +23,19 @@ pub struct RobotFile {
     pub plant: Plant,
 }
 
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Model {
     pub base: ModelBase,
     pub links: Vec<ModelLink>,
 }
 
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct ModelBase {
     pub inertia_kg_m2: f64,
     pub length_m: f64,
 }
 
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct ModelLink {
     pub mass_kg: f64,
     pub inertia_kg_m2: f64,

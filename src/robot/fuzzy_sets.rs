@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::Robot;
 use super::error::{Checker, RobotError};
+use crate::text_file;
 
 /// The name under which the built-in file appears in messages.
 pub const BUILT_IN_NAME: &str = "robots/uarm-fuzzy-sets.toml (built in)";
@@ -55,8 +56,7 @@ impl TrainedSets {
     /// # Errors
     /// [`RobotError`] names file, field, value and expectation.
     pub fn load(file: &Path) -> Result<Self, RobotError> {
-        let text =
-            std::fs::read_to_string(file).map_err(|source| RobotError::Read { file: file.to_owned(), source })?;
+        let text = text_file::read(file).map_err(|source| RobotError::Read { file: file.to_owned(), source })?;
         Self::parse(file, &text)
     }
 

@@ -25,7 +25,7 @@ mod task;
 use std::path::Path;
 
 use dem_model::{DemBase, DemLink, PlanarSpaceManipulator, SpaceLink, SpacecraftBody, ThreeLinkDem};
-use hinf_control::{AdaptationGuard, AnyController, BuildContext, BuildError, FuzzySets, Law};
+use hinf_control::{AdaptationGuard, AnyController, BuildContext, BuildError, FuzzySets, Law, QuinticReference};
 use uarm_io::time::Duration;
 use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
@@ -33,6 +33,7 @@ use uarm_log::description::{JointDescription, RobotDescription};
 use uarm_loop::period::Period;
 
 use crate::dimensions::{JOINTS, LoopRobot};
+use crate::text_file;
 use error::{Checker, RobotError};
 use file::RobotFile;
 use overrides::Overrides;
@@ -78,9 +79,14 @@ impl Robot {
     /// As [`Robot::load`].
     pub fn load_with(file: Option<&Path>, overrides: &Overrides) -> Result<Self, RobotError> {
         let Some(path) = file else { return Self::parse(Path::new(BUILT_IN_NAME), BUILT_IN, overrides) };
-        let text =
-            std::fs::read_to_string(path).map_err(|source| RobotError::Read { file: path.to_owned(), source })?;
+        let text = text_file::read(path).map_err(|source| RobotError::Read { file: path.to_owned(), source })?;
         Self::parse(path, &text, overrides)
+    }
+
+    /// Is it the paper's UARM with the paper's task? What the paper measured says something of this robot alone.
+    pub fn is_the_papers(&self) -> bool {
+        let is_model = read(Path::new(BUILT_IN_NAME), BUILT_IN).is_ok_and(|(paper, _)| paper.model == self.file.model);
+        is_model && self.description.task.reference == QuinticReference::paper()
     }
 
     /// A robot from the text of a robot file; `name` is what messages call the file.

@@ -8,14 +8,15 @@ use prost::Message;
 use uarm_loop::uarm_io::frame::Frame;
 use uarm_loop::uarm_io::link::FrameDirection;
 
+use crate::chunk::{Chunk, ChunkError};
 use crate::cycle::CycleMessages;
 use crate::description::{self, DescriptionError, Fields, RunDescription};
+use crate::keyframe;
+use crate::layout::{self, LengthError};
 use crate::proto::{self, can_frame};
-use crate::records::Step;
 use crate::shape::ShapeError;
 use crate::time_axis::TimeAxis;
-use crate::topic::Topic;
-use crate::{keyframe, records};
+use crate::topic::{LIBRARY, Topic};
 use uarm_loop::keyframe::Keyframe;
 use uarm_loop::record::CycleRecord;
 use uarm_loop::recording::{FrameRecord, Severity};
@@ -81,6 +82,12 @@ pub enum DecodeError {
     /// The container's format.
     #[error(transparent)]
     Container(#[from] mcap::McapError),
+    /// A length inside a record.
+    #[error(transparent)]
+    Length(#[from] LengthError),
+    /// A chunk.
+    #[error(transparent)]
+    Chunk(#[from] ChunkError),
     /// A message's format.
     #[error("{topic}: {source}")]
     Message {
@@ -119,38 +126,40 @@ impl<const J: usize, const N: usize> Decoder<J, N> {
                 emit(Item::Closed);
                 Ok(())
             }
-            // What follows the data repeats it.
-            _ => self.record(opcode, data, emit),
+            op::HEADER | op::CHANNEL | op::METADATA | op::MESSAGE => self.record(opcode, data, emit),
+            // What is for other programs, or repeats what was read.
+            _ => layout::check(opcode, data).map_err(DecodeError::from),
         };
         taken.unwrap_or_else(|error| emit(Item::Damage(error.to_string())));
     }
 
     fn chunk(&mut self, body: &[u8], emit: &mut dyn FnMut(Item<J, N>)) -> Result<(), DecodeError> {
-        // Its header says how many bytes there are.
-        mcap::parse_record(op::CHUNK, body)?;
-        let mut records = records::in_chunk(body);
-        loop {
-            let step = records.step(|opcode, data| {
+        let chunk = Chunk::unpack(body)?;
+        chunk.for_each(|opcode, data| {
+            if matches!(opcode, op::CHANNEL | op::MESSAGE) {
                 self.record(opcode, data, emit).unwrap_or_else(|error| emit(Item::Damage(error.to_string())));
-            });
-            match step.map_err(mcap::McapError::from)? {
-                Step::Record => {}
-                Step::Starved | Step::End => return Ok(()),
-                Step::Broken(error) => return Err(error.into()),
             }
-        }
+        })?;
+        Ok(())
     }
 
     fn record(&mut self, opcode: u8, data: &[u8], emit: &mut dyn FnMut(Item<J, N>)) -> Result<(), DecodeError> {
+        layout::check(opcode, data)?;
         self.parsed(mcap::parse_record(opcode, data)?, emit)
     }
 
     fn parsed(&mut self, record: Record<'_>, emit: &mut dyn FnMut(Item<J, N>)) -> Result<(), DecodeError> {
         match record {
+            // The chunk that tells the channels may be damaged.
+            Record::Header(header) if header.library.starts_with(LIBRARY) => {
+                self.channels.extend(Topic::ALL.map(|topic| (topic.channel(), topic)));
+                Ok(())
+            }
             Record::Channel(channel) => {
-                if let Some(topic) = Topic::from_name(&channel.topic) {
-                    self.channels.insert(channel.id, topic);
-                }
+                match Topic::from_name(&channel.topic) {
+                    Some(topic) => self.channels.insert(channel.id, topic),
+                    None => self.channels.remove(&channel.id),
+                };
                 Ok(())
             }
             Record::Metadata(metadata) => self.metadata(&metadata.name, metadata.metadata, emit),

@@ -5,7 +5,8 @@ use std::io;
 use std::path::Path;
 
 use crate::decoder::{Decoder, Item};
-use crate::records::{Records, Step};
+use crate::records::{self, Records, Step};
+use crate::regular_file;
 
 /// Follows a log of a robot with `J` joints of which `N` are active.
 pub struct Follower<const J: usize, const N: usize> {
@@ -28,7 +29,7 @@ impl<const J: usize, const N: usize> Follower<J, N> {
     /// # Errors
     /// If it cannot be opened.
     pub fn open(path: &Path) -> io::Result<Self> {
-        Ok(Self { records: Records::new(File::open(path)?), decoder: Decoder::new() })
+        Ok(Self { records: Records::new(regular_file::open(path)?), decoder: Decoder::new() })
     }
 
     /// Gives what has come since the last call.
@@ -42,9 +43,12 @@ impl<const J: usize, const N: usize> Follower<J, N> {
                 Step::Record => {}
                 Step::Starved => return Ok(Growth::Open),
                 Step::End => return Ok(Growth::Ended),
-                Step::Broken(error) => {
-                    emit(Item::Damage(error.to_string()));
-                    return Ok(Growth::Ended);
+                Step::Checksum { section, .. } => emit(Item::Damage(records::checksum_damage(section))),
+                Step::Broken(broken) => {
+                    emit(Item::Damage(broken.to_string()));
+                    if self.records.find_next()?.is_none() {
+                        return Ok(Growth::Ended);
+                    }
                 }
             }
         }

@@ -26,7 +26,9 @@
 //! | [`cycle`], [`health`], [`keyframe`], [`shape`] | records to messages and back |
 //! | [`scene`] | the robot to look at: transforms and shapes |
 //! | [`time_axis`] | instants of the loop on the axis of the file |
-//! | [`records`], [`decoder`] | the file's records, and what they tell |
+//! | [`records`], [`chunk`], [`layout`] | the file's records, also of a damaged file, in bounded memory |
+//! | [`decoder`] | what they tell |
+//! | [`regular_file`] | files opened that end: no devices, no pipes |
 //! | [`signals`], [`csv`] | the signals of a cycle by name; CSV files |
 //! | [`candump`] | `candump -L` files |
 //! | [`replay`] | a recorded run again, bit for bit, or another controller on its measurements |
@@ -35,6 +37,7 @@
 pub use uarm_loop;
 
 pub mod candump;
+pub mod chunk;
 pub mod csv;
 pub mod cycle;
 pub mod decoder;
@@ -42,8 +45,10 @@ pub mod description;
 pub mod follow;
 pub mod health;
 pub mod keyframe;
+pub mod layout;
 pub mod reader;
 pub mod records;
+pub mod regular_file;
 pub mod replay;
 pub mod scene;
 pub mod shape;

@@ -1,15 +1,13 @@
 //! The file, or what is left of it, read.
 
-use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-
-use mcap::McapError;
 
 use crate::decoder::{Decoder, Item, LoggedNote};
 use crate::description::{Fields, RunDescription};
 use crate::proto;
-use crate::records::{Records, Step};
+use crate::records::{self, Records, Step};
+use crate::regular_file;
 use uarm_loop::keyframe::Keyframe;
 use uarm_loop::record::CycleRecord;
 use uarm_loop::recording::FrameRecord;
@@ -71,9 +69,8 @@ impl<const J: usize, const N: usize> RunLog<J, N> {
     /// # Errors
     /// [`ReadError`] if there is no description of a run in it.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let io_error = |source| ReadError::Io { file: path.to_owned(), source };
-        let file = File::open(path).map_err(io_error)?;
-        Self::read_from(BufReader::new(file), path)
+        let file = regular_file::open(path).map_err(|source| ReadError::Io { file: path.to_owned(), source })?;
+        Self::read_from(file, path)
     }
 
     /// Reads a log from `input`; `path` is what messages call it.
@@ -84,22 +81,23 @@ impl<const J: usize, const N: usize> RunLog<J, N> {
         let mut decoder = Decoder::new();
         let mut collected = Collected::default();
         let mut records = Records::new(input);
+        let io_error = |source| ReadError::Io { file: path.to_owned(), source };
         loop {
             let step = records.step(|opcode, data| decoder.take(opcode, data, &mut |item| collected.take(item)));
-            match step.map_err(|source| ReadError::Io { file: path.to_owned(), source })? {
-                Step::Record => {}
+            let reason = match step.map_err(io_error)? {
+                Step::Record => continue,
                 Step::End => break,
-                Step::Starved => {
-                    collected.damage("the file ends in the middle: it was not closed".to_owned());
-                    break;
+                Step::Checksum { section, .. } => {
+                    collected.damage(records::checksum_damage(section));
+                    continue;
                 }
-                // Told where the data end: all of them were read.
-                Step::Broken(error @ McapError::BadDataCrc { .. }) => {
-                    collected.damage(format!("something in it is not as it was written: {error}"));
-                    break;
-                }
-                Step::Broken(error) => {
-                    collected.damage(format!("unreadable from here on: {error}"));
+                Step::Starved => "the file ends in the middle: it was not closed".to_owned(),
+                Step::Broken(broken) => broken.to_string(),
+            };
+            match records.find_next().map_err(io_error)? {
+                Some(skipped) => collected.damage(format!("{skipped} bytes are left out: {reason}")),
+                None => {
+                    collected.damage(reason);
                     break;
                 }
             }

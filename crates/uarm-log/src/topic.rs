@@ -6,6 +6,9 @@ use foxglove::messages::{FrameTransforms, JointStates, Log, SceneUpdate};
 /// All topics are protobuf, and so are their schemas: a `FileDescriptorSet`.
 pub const ENCODING: &str = "protobuf";
 
+/// What the library in the header of a run log begins with.
+pub const LIBRARY: &str = "uarm ";
+
 /// A topic of a run log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Topic {
@@ -90,6 +93,12 @@ impl Topic {
             Self::Log => "/log",
             Self::Fault => "/fault",
         }
+    }
+
+    /// The channel that a run log has it on.
+    pub fn channel(self) -> u16 {
+        let position = Self::ALL.iter().zip(1..).find(|(each, _)| **each == self);
+        position.map_or(0, |(_, number)| number)
     }
 
     /// The topic of that name.

@@ -18,7 +18,7 @@ use crate::description::{self, Fields, LogHeader};
 use crate::proto::{self, can_frame};
 use crate::scene::Scene;
 use crate::time_axis::{TimeAxis, timestamp};
-use crate::topic::{ENCODING, Topic};
+use crate::topic::{ENCODING, LIBRARY, Topic};
 use crate::{health, keyframe};
 use uarm_loop::record::CycleRecord;
 use uarm_loop::recording::{Entry, FrameRecord, Note, PeriodicRecord, RunEnd, Severity, Sink};
@@ -76,7 +76,7 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
         let LogHeader { name, run, machine, joints, robot_source, start, preamble } = header;
         let options = WriteOptions::new()
             .profile("")
-            .library(concat!("uarm ", env!("CARGO_PKG_VERSION")))
+            .library(format!("{LIBRARY}{}", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Zstd))
             // The writer thread is one thread; more would compete with the loop for processors.
             .compression_threads(0)
@@ -127,7 +127,7 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
         self.buffer.clear();
         // A `Vec` grows: there is always room.
         message.encode(&mut self.buffer).map_err(|error| McapError::Io(io::Error::other(error)))?;
-        let header = MessageHeader { channel_id: channel(topic), sequence, log_time, publish_time };
+        let header = MessageHeader { channel_id: topic.channel(), sequence, log_time, publish_time };
         self.writer.write_to_known_channel(&header, &self.buffer)
     }
 
@@ -259,11 +259,6 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
 }
 
 /// Channels are added in the order of the topics, and counted from 1.
-fn channel(topic: Topic) -> u16 {
-    let position = Topic::ALL.iter().zip(1..).find(|(each, _)| **each == topic);
-    position.map_or(0, |(_, number)| number)
-}
-
 fn wrapped(tick: u64) -> u32 {
     u32::try_from(tick & u64::from(u32::MAX)).unwrap_or(u32::MAX)
 }

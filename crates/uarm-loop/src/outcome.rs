@@ -38,6 +38,8 @@ impl From<&PerformanceIndices<f64>> for Indices {
 pub struct Outcome<const N: usize> {
     /// L2 and E over the task.
     pub indices: Indices,
+    /// Task time of the last cycle, s: as far as the other numbers go. Nothing if no cycle ran; they are zero then.
+    pub last_time: Option<f64>,
     /// Tracking error of the active joints in the last cycle, rad.
     pub final_error: [f64; N],
     /// Largest torques applied to the active joints, N·m.
@@ -62,6 +64,7 @@ impl<const N: usize> Outcome<N> {
     ) -> Self {
         Self {
             indices,
+            last_time: statistics.last_time,
             final_error: statistics.final_error,
             peak_torque: statistics.peak_torque,
             base_drift: statistics.base_drift(),

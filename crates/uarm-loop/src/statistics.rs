@@ -14,6 +14,8 @@ pub struct Statistics<R, const N: usize> {
     first_base: Option<f64>,
     /// The last record's base angle, rad.
     last_base: f64,
+    /// Task time of the last cycle, s; nothing if none ran.
+    pub last_time: Option<f64>,
     /// Tracking error of the active joints in the last cycle, rad.
     pub final_error: [f64; N],
     /// Largest torques applied to the active joints, N·m.
@@ -25,7 +27,15 @@ pub struct Statistics<R, const N: usize> {
 impl<R, const N: usize> Statistics<R, N> {
     /// Statistics in front of `next`.
     pub const fn new(next: R) -> Self {
-        Self { next, first_base: None, last_base: 0.0, final_error: [0.0; N], peak_torque: [0.0; N], limited_cycles: 0 }
+        Self {
+            next,
+            first_base: None,
+            last_base: 0.0,
+            last_time: None,
+            final_error: [0.0; N],
+            peak_torque: [0.0; N],
+            limited_cycles: 0,
+        }
     }
 
     /// How far the base turned, rad.
@@ -44,6 +54,7 @@ impl<R: Recorder<J, N>, const J: usize, const N: usize> Recorder<J, N> for Stati
         let base = dimensions::base(&record.position);
         self.first_base.get_or_insert(base);
         self.last_base = base;
+        self.last_time = Some(record.time);
         self.final_error = record.tracking_error().position.into();
         for (peak, torque) in self.peak_torque.iter_mut().zip(record.torque_applied) {
             *peak = peak.max(torque.abs());

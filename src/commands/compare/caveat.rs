@@ -13,5 +13,6 @@ acceleration eliminated: see `nonlinear-omitted`. The order in E, and among the 
 
 /// What must be said of numbers of this plant: something, if it was fitted to the paper's.
 pub fn caveat(robot: &Robot, plant: PlantChoice) -> Option<&'static str> {
-    (plant == PlantChoice::Uarm && robot.plant == UarmPlantParameters::fitted()).then_some(FITTED_PLANT_CAVEAT)
+    let is_fitted = plant == PlantChoice::Uarm && robot.plant == UarmPlantParameters::fitted();
+    (is_fitted && robot.is_the_papers()).then_some(FITTED_PLANT_CAVEAT)
 }

@@ -13,6 +13,7 @@ use super::start::StartVariation;
 use super::statistics::Summary;
 use super::variant::{ControllerVariant, Origin, VariantRobot};
 use crate::dimensions::Outcome;
+use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
 use crate::simulation::SimulatedEnd;
@@ -113,7 +114,7 @@ pub fn run(settings: &ComparisonSettings<'_>, done: impl Fn() + Sync) -> anyhow:
     let experiment = |job: usize| experiment(settings, &robots[job / repetitions], (job % repetitions) as u64);
     let experiments = in_parallel(robots.len() * repetitions, settings.threads, experiment, done)?;
     let controllers = (settings.variants.iter().zip(experiments.chunks(repetitions)))
-        .map(|(variant, experiments)| ControllerRow::new(variant, experiments))
+        .map(|(variant, experiments)| ControllerRow::new(variant, first, experiments))
         .collect::<Option<_>>()
         .context("no experiments")?;
     Ok(Comparison {
@@ -158,11 +159,11 @@ impl ExperimentRow {
 }
 
 impl ControllerRow {
-    fn new(variant: &ControllerVariant, experiments: &[ExperimentRow]) -> Option<Self> {
+    fn new(variant: &ControllerVariant, robot: &Robot, experiments: &[ExperimentRow]) -> Option<Self> {
         let summary =
             |value: &dyn Fn(&ExperimentRow) -> f64| Summary::of(&experiments.iter().map(value).collect::<Vec<_>>());
         let (l2, e) = (summary(&|row| row.l2)?, summary(&|row| row.e)?);
-        let paper = table_4(variant);
+        let paper = table_4(variant, robot);
         Some(Self {
             controller: variant.name(),
             origin: variant.origin(),
@@ -181,7 +182,8 @@ impl ControllerRow {
     }
 }
 
-/// Table 4, for the paper's six alone: another form of a law is not what the paper measured.
-fn table_4(variant: &ControllerVariant) -> Option<Indices> {
-    (variant.origin() == Origin::Paper).then(|| Indices::published(variant.law())).flatten()
+/// Table 4, for the paper's six on the paper's robot alone: another form of a law, or another robot, is not what the paper
+/// measured.
+fn table_4(variant: &ControllerVariant, robot: &Robot) -> Option<Indices> {
+    (variant.origin() == Origin::Paper && robot.is_the_papers()).then(|| Indices::published(variant.law())).flatten()
 }

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use hinf_control::{FuzzySets, Law};
 use uarm_plot::sheet::{Panel, Sheet};
+use uarm_sim::UarmPlantParameters;
 
 use crate::figures::output::{Format, write};
 use crate::figures::sets;
@@ -85,7 +86,8 @@ pub fn sheets(robot: &Robot, plant: PlantChoice) -> anyhow::Result<Vec<Sheet>> {
         }
     }
     sheets.push(fuzzy_sets(robot)?);
-    sheets.push(overview::overview(&experiments, &overview_note(robot, plant)));
+    let published = if robot.is_the_papers() { overview::Published::Shown } else { overview::Published::Hidden };
+    sheets.push(overview::overview(&experiments, published, &overview_note(robot, plant)));
     Ok(sheets)
 }
 
@@ -110,7 +112,10 @@ fn overview_note(robot: &Robot, plant: PlantChoice) -> String {
 
 fn plant_note(robot: &Robot, plant: PlantChoice) -> String {
     match plant {
-        PlantChoice::Uarm => format!("{} with imperfections fitted to the paper's Table 4", robot.description.name),
+        PlantChoice::Uarm if robot.is_the_papers() && robot.plant == UarmPlantParameters::fitted() => {
+            format!("{} with imperfections fitted to the paper's Table 4", robot.description.name)
+        }
+        PlantChoice::Uarm => format!("{} with the imperfections in its robot file", robot.description.name),
         PlantChoice::Ideal => format!("{} as the controllers believe it to be", robot.description.name),
         PlantChoice::Space => "the free-floating space manipulator".to_owned(),
     }

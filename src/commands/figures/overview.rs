@@ -19,8 +19,17 @@ const DISTURBED: std::ops::Range<f64> = 1.0..1.92;
 /// About so many ticks on an axis.
 const TICKS: usize = 6;
 
+/// Whether the paper's Table 4 stands beside the simulated indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Published {
+    /// It does.
+    Shown,
+    /// The robot is not the paper's.
+    Hidden,
+}
+
 /// Errors, base, torques and L2 of all experiments.
-pub fn overview(experiments: &[Experiment], note: &str) -> Sheet {
+pub fn overview(experiments: &[Experiment], published: Published, note: &str) -> Sheet {
     let error = |joint: usize| {
         move |record: &CycleRecord| (record.position[joint] - record.reference_position[joint - 1]).to_degrees()
     };
@@ -30,13 +39,15 @@ pub fn overview(experiments: &[Experiment], note: &str) -> Sheet {
         overlay(experiments, "Base: attitude", "Attitude (\u{b0})", |record| record.position[0].to_degrees()),
         overlay(experiments, "Joint 2: torque", "Torque (N\u{b7}m)", |record| record.torque_applied[0]),
         overlay(experiments, "Joint 3: torque", "Torque (N\u{b7}m)", |record| record.torque_applied[1]),
-        table_4(experiments),
+        table_4(experiments, published),
     ];
     let strokes: Vec<_> =
         experiments.iter().map(|experiment| (experiment.law.name(), of_law(experiment.law))).collect();
     let mut legend = legend(&strokes);
     legend.push(("simulated".into(), Symbol::Point(GREY, Shape::Disc)));
-    legend.push(("the paper's Table 4".into(), Symbol::Point(GREY, Shape::Ring)));
+    if published == Published::Shown {
+        legend.push(("the paper's Table 4".into(), Symbol::Point(GREY, Shape::Ring)));
+    }
     Sheet {
         name: "overview".into(),
         title: "Six controllers, one task: from (20\u{b0}, 20\u{b0}) to (80\u{b0}, 60\u{b0}) in 3 s, disturbed at 1 s"
@@ -58,8 +69,11 @@ fn overlay(experiments: &[Experiment], title: &str, label: &str, signal: impl Fn
 }
 
 /// L2 of each law beside the paper's.
-fn table_4(experiments: &[Experiment]) -> Panel {
-    let published = |law: Law| Indices::published(law).map(|indices| indices.l2);
+fn table_4(experiments: &[Experiment], published: Published) -> Panel {
+    let published = |law: Law| match published {
+        Published::Shown => Indices::published(law).map(|indices| indices.l2),
+        Published::Hidden => None,
+    };
     let values = experiments.iter().flat_map(|experiment| [Some(experiment.indices.l2), published(experiment.law)]);
     let mut x = Axis::new("", 0.0..experiments.len() as f64, 1.0, 0);
     x.ticks =

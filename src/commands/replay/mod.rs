@@ -8,13 +8,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, anyhow, bail, ensure};
 use hinf_control::{AdaptationGuard, BaseAcceleration, Disturbance, Law};
 use serde::Serialize;
-use uarm_log::candump;
+use uarm_log::candump::{self, CandumpError, Interface};
 use uarm_log::records::MAGIC;
+use uarm_log::regular_file;
 use uarm_log::replay::bus_cycles::bus_cycles;
 use uarm_log::replay::exact::{ExactReplay, Start};
+use uarm_log::replay::one_clock::{ClockStep, Regularity, on_one_clock};
 use uarm_log::replay::what_if::TorqueSummary;
 use uarm_loop::recording::FrameRecord;
 use uarm_loop::schedule::OverrunPolicy;
@@ -44,7 +46,11 @@ Examples:
                                               what `neural` would have asked for on the same measurements
   uarm replay bus.log --controller adaptive   a file of candump -L: the torques on the bus, with the law that ran
 
-Exit codes: 0 equal (or a what-if was made), 1 something differs, 3 equal as far as the log goes, but parts are missing.")]
+A candump file is read as far as it is whole. Ticks come from the SYNC counter, so a clock that was set while it was recorded
+does not matter; where SYNC has no counter, the time decides.
+
+Exit codes: 0 equal (or a what-if was made), 1 something differs or nothing was compared, 3 equal as far as the log goes, but
+parts are missing.")]
 pub struct Arguments {
     /// A log of `uarm run`, or a file of `candump -L`; without it the newest log in runs/
     #[arg(value_name = "FILE")]
@@ -52,6 +58,9 @@ pub struct Arguments {
     /// Begin with the last keyframe before this task time, s
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     from: Option<f64>,
+    /// With a candump file of several interfaces: the one that the drives are on
+    #[arg(long, value_name = "INTERFACE")]
+    interface: Option<String>,
     /// Another controller on the same measurements; with a candump file: the one that ran
     #[arg(long, value_parser = choice::<Law>(), value_name = "LAW")]
     controller: Option<Law>,
@@ -96,6 +105,8 @@ struct Recorded {
     log: Option<Box<RunLog>>,
     /// What is missing or cannot be read.
     damage: Vec<String>,
+    /// Steps of the clock that stamped the frames, which were taken out.
+    clock_steps: Vec<ClockStep>,
 }
 
 /// The result as JSON.
@@ -108,6 +119,7 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     what_if: Option<WhatIfReport>,
     damage: &'a [String],
+    clock_steps: &'a [ClockStep],
 }
 
 /// The torques of a what-if as JSON, N·m.
@@ -177,12 +189,15 @@ impl Arguments {
 }
 
 fn read(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
-    let mut input = BufReader::new(File::open(path).with_context(|| path.display().to_string())?);
+    let mut input = BufReader::new(regular_file::open(path).with_context(|| path.display().to_string())?);
     let is_mcap = input.fill_buf().with_context(|| path.display().to_string())?.starts_with(&MAGIC);
     if is_mcap {
         ensure!(
-            arguments.dt.is_none() && arguments.period.is_none() && arguments.disturbance.is_none(),
-            "--dt, --period and --disturbance are for candump files: {} tells its own",
+            arguments.dt.is_none()
+                && arguments.period.is_none()
+                && arguments.disturbance.is_none()
+                && arguments.interface.is_none(),
+            "--dt, --period, --disturbance and --interface are for candump files: {} tells its own",
             path.display()
         );
         let mut log = RunLog::read_from(input, path)?;
@@ -193,9 +208,14 @@ fn read(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
             frames: std::mem::take(&mut log.frames),
             damage: std::mem::take(&mut log.damage),
             log: Some(Box::new(log)),
+            clock_steps: Vec::new(),
         });
     }
-    let candump = candump::read(input).with_context(|| path.display().to_string())?;
+    let wanted = arguments.interface.as_deref().map_or(Interface::TheOnlyOne, Interface::Named);
+    let mut candump = candump::read(input, wanted).map_err(|error| match error {
+        CandumpError::Interfaces(_) => anyhow!("{}: {error}: name it with --interface", path.display()),
+        error => anyhow!("{}: {error}", path.display()),
+    })?;
     let Some(law) = arguments.controller else {
         bail!("{}: a candump file does not say which controller ran: name it with --controller", path.display());
     };
@@ -211,7 +231,14 @@ fn read(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
         disturbance: arguments.disturbance.unwrap_or(Disturbance::None),
         disturbance_site: DisturbanceSite::Command,
     };
-    Ok(Recorded { name: law.name().to_owned(), robot, settings, frames: candump.frames, log: None, damage: Vec::new() })
+    let regularity = Regularity {
+        period: robot.description.period.duration(),
+        longest_pause: robot.description.bus.controller_timeout,
+    };
+    let clock_steps = on_one_clock(&mut candump.frames, regularity);
+    let damage = candump.losses();
+    let name = law.name().to_owned();
+    Ok(Recorded { name, robot, settings, frames: candump.frames, log: None, damage, clock_steps })
 }
 
 fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: &str) -> anyhow::Result<ExitCode> {
@@ -229,13 +256,14 @@ fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: 
             exact: Some(&replay),
             what_if: None,
             damage: &recorded.damage,
+            clock_steps: &recorded.clock_steps,
         })?;
     } else {
         print_exact(&replay, recorded, file, &mut io::stdout().lock())?;
     }
-    let exit = if !replay.is_equal() {
+    let exit = if !replay.is_equal() || !replay.has_compared() {
         Exit::Failure
-    } else if replay.lost_cycles > 0 || !recorded.damage.is_empty() {
+    } else if replay.has_loss() || !recorded.damage.is_empty() {
         Exit::Loss
     } else {
         Exit::Ok
@@ -246,8 +274,17 @@ fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: 
 fn print_exact(replay: &ExactReplay, recorded: &Recorded, file: &str, output: &mut impl Write) -> io::Result<()> {
     let ExactReplay { from, cycles, signals, keyframes, .. } = replay;
     writeln!(output, "replay of {file}: {}, controller {}", recorded.robot.description.name, recorded.name)?;
-    let compared = format!("{cycles} cycles from {from:.3} s, {signals} signals and {keyframes} keyframes compared");
-    if replay.differing_cycles == 0 {
+    let of_all = match replay.lost_cycles {
+        0 => String::new(),
+        lost => format!(" of {}", cycles + lost),
+    };
+    let compared =
+        format!("{cycles}{of_all} cycles from {from:.3} s, {signals} signals and {keyframes} keyframes compared");
+    if !replay.has_compared() {
+        writeln!(output, "  {compared}: NOTHING was compared")?;
+    } else if replay.differing_cycles == 0 && replay.lost_cycles > 0 {
+        writeln!(output, "  {compared}: these are equal, bit for bit")?;
+    } else if replay.differing_cycles == 0 {
         writeln!(output, "  {compared}: all equal, bit for bit")?;
     } else {
         writeln!(output, "  {compared}: DIFFERENT in {} cycles; the first:", replay.differing_cycles)?;
@@ -265,10 +302,21 @@ fn print_exact(replay: &ExactReplay, recorded: &Recorded, file: &str, output: &m
     if replay.lost_cycles > 0 {
         writeln!(
             output,
-            "  LOST               {} cycles that cannot be replayed, since something before them is missing; \
+            "  LOST               {} cycles that cannot be compared, since something in them or before them is missing; \
              went on from a keyframe {} times",
             replay.lost_cycles, replay.resumed
         )?;
+    }
+    if replay.missing_torques > 0 {
+        writeln!(output, "  LOST               {} torques that are not in the file", replay.missing_torques)?;
+    }
+    print_recording(recorded, output)
+}
+
+/// What is to be said of the recording itself.
+fn print_recording(recorded: &Recorded, output: &mut impl Write) -> io::Result<()> {
+    for ClockStep { after_s, by_s } in &recorded.clock_steps {
+        writeln!(output, "  clock set          by {by_s:+.3} s, {after_s:.3} s after the first frame: taken out")?;
     }
     for damage in &recorded.damage {
         writeln!(output, "  LOST               {damage}")?;
@@ -314,13 +362,18 @@ fn what_if(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file
             exact: None,
             what_if: Some(WhatIfReport::new(&what_if)),
             damage: &recorded.damage,
+            clock_steps: &recorded.clock_steps,
         };
         print_json(&report)?;
     } else {
         print_what_if(&what_if, recorded, &other_name, file, &mut io::stdout().lock())?;
     }
     let whole = recorded.damage.is_empty() && what_if.lost_cycles == 0;
-    let exit = if whole { Exit::Ok } else { Exit::Loss };
+    let exit = match (what_if.pairs.is_empty(), whole) {
+        (true, _) => Exit::Failure,
+        (false, true) => Exit::Ok,
+        (false, false) => Exit::Loss,
+    };
     Ok(exit.into())
 }
 
@@ -337,7 +390,11 @@ fn print_what_if(
         recorded.name
     )?;
     let TorqueSummary { rms_difference, largest_difference, rms_recorded, rms_other } = what_if.summary;
-    writeln!(output, "  {} cycles, open loop: the robot did not hear it", what_if.pairs.len())?;
+    let of_all = match what_if.lost_cycles {
+        0 => String::new(),
+        lost => format!(" of {}", what_if.pairs.len() as u64 + lost),
+    };
+    writeln!(output, "  {}{of_all} cycles, open loop: the robot did not hear it", what_if.pairs.len())?;
     writeln!(output, "    torque (N m)         joint 2   joint 3")?;
     let mut row =
         |name: &str, [joint_2, joint_3]: [f64; 2]| writeln!(output, "    {name:<18} {joint_2:>9.5} {joint_3:>9.5}");
@@ -348,10 +405,7 @@ fn print_what_if(
     if what_if.lost_cycles > 0 {
         writeln!(output, "  LOST               {} cycles that cannot be replayed", what_if.lost_cycles)?;
     }
-    for damage in &recorded.damage {
-        writeln!(output, "  LOST               {damage}")?;
-    }
-    Ok(())
+    print_recording(recorded, output)
 }
 
 fn write_csv(what_if: &WhatIf, path: &Path) -> io::Result<()> {

@@ -213,7 +213,7 @@ mod tests {
     use uarm_loop::timing::{LatencySummary, TimingSummary};
 
     use super::*;
-    use crate::report::BusReport;
+    use crate::report::{BusReport, Coverage};
 
     /// A run that completed in time and lost nothing.
     fn report() -> RunReport {
@@ -225,11 +225,12 @@ mod tests {
             end: "completed".to_owned(),
             fault: None,
             completed: true,
-            indices: Indices { l2: 0.1, e: 0.1 },
+            coverage: Coverage { until_s: 3.0, task_s: 3.0, cycles_are_missing: false },
+            indices: Some(Indices { l2: 0.1, e: 0.1 }),
             paper: None,
-            final_error_deg: [0.0; 2],
-            peak_torque_nm: [0.0; 2],
-            base_drift_deg: 0.0,
+            final_error_deg: None,
+            peak_torque_nm: None,
+            base_drift_deg: None,
             limited_cycles: 7,
             clock: uarm_log::description::ClockKind::Monotonic,
             timing: TimingSummary {

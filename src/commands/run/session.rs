@@ -131,7 +131,7 @@ impl Session {
         };
         let (plant, clock) = (self.place.name(), self.place.clock());
         let controller = self.settings.law.name();
-        let subject = Subject { robot: &robot.description, plant: &plant, controller, clock };
+        let subject = Subject { robot, plant: &plant, controller, clock };
         RunReport::new(subject, Ending { text, fault, completed }, outcome, log.map(Path::to_owned))
     }
 }

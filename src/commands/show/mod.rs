@@ -92,7 +92,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let path = arguments.file.clone().map_or_else(log_files::newest, Ok)?;
     let log = RunLog::read(&path)?;
     let robot = Robot::from_log(&path, &log.run.robot).context("the robot in the log")?;
-    let summary = Summary::of(&log, &robot.description);
+    let summary = Summary::of(&log, &robot);
     export(arguments, &log)?;
     let mut output = io::stdout().lock();
     if standard_output_is_taken {

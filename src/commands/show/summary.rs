@@ -10,8 +10,9 @@ use uarm_log::proto;
 use uarm_log::time_axis::seconds_between;
 use uarm_loop::recording::Severity;
 
-use crate::dimensions::{LoopRobot, Outcome, RunLog};
+use crate::dimensions::{Outcome, RunLog};
 use crate::report::{COMPLETED, Ending, RunReport, Subject};
+use crate::robot::Robot;
 
 /// A run as its log tells it.
 #[derive(Clone, Debug, Serialize)]
@@ -92,7 +93,7 @@ pub struct Warning {
 
 impl Summary {
     /// The summary of a log of a run of `robot`.
-    pub fn of(log: &RunLog, robot: &LoopRobot) -> Self {
+    pub fn of(log: &RunLog, robot: &Robot) -> Self {
         let begin = begin(log);
         let report = report(log, robot);
         Self {
@@ -118,9 +119,10 @@ fn begin(log: &RunLog) -> u64 {
     first_cycle.or_else(|| log.notes.first().map(|note| note.at)).unwrap_or_default()
 }
 
-fn report(log: &RunLog, robot: &LoopRobot) -> RunReport {
+fn report(log: &RunLog, robot: &Robot) -> RunReport {
     let subject = Subject { robot, plant: &log.run.place, controller: &log.run.controller, clock: log.run.clock() };
-    let outcome = Outcome::of_cycles(&robot.task.motion(), robot.period, &log.cycles);
+    let description = &robot.description;
+    let outcome = Outcome::of_cycles(&description.task.motion(), description.period, &log.cycles);
     let mut report = RunReport::new(subject, ending(log), &outcome, Some(log.path.clone()));
     report.page_faults = number(log, "page_faults");
     report.records_dropped = records_dropped(log);
@@ -132,6 +134,14 @@ fn report(log: &RunLog, robot: &LoopRobot) -> RunReport {
     let ran = number(log, "cycles").unwrap_or(logged);
     if ran > logged {
         report.losses.push(format!("{} of {ran} cycles are not in the log", ran - logged));
+    }
+    let begins_late = log.cycles.first().is_some_and(|record| record.tick > 0);
+    if ran > logged || log.gaps() > 0 || begins_late {
+        report.cycles_are_missing();
+    }
+    // Without an end nobody knows how many cycles ran, and how the last were.
+    if log.end.is_none() {
+        report.timing_verdict = None;
     }
     report
 }

@@ -2,6 +2,7 @@
 //! writes. Columns are found by their names, so that others may be added.
 
 use std::fmt;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use csv::{ErrorKind, ReaderBuilder, StringRecord};
@@ -9,6 +10,7 @@ use hinf_control::TrackingError;
 use nalgebra::Vector2;
 use uarm_log::reader::ReadError;
 use uarm_log::records::MAGIC;
+use uarm_log::regular_file;
 
 use crate::dimensions::{CycleRecord, RunLog};
 
@@ -81,6 +83,9 @@ pub enum PointsError {
     },
 }
 
+/// The longest header of a CSV file, in bytes: that of `uarm show --csv` has four thousand.
+const MOST_HEADER_BYTES: usize = 64 * 1024;
+
 /// The columns in the order in which [`Point`] needs them.
 const COLUMNS: [&str; 14] = [
     "velocity_2_rad_per_s",
@@ -104,12 +109,26 @@ const COLUMNS: [&str; 14] = [
 /// # Errors
 /// [`PointsError`] names file, place, what was found and what was expected.
 pub fn read(file: &Path) -> Result<Vec<Point>, PointsError> {
-    let bytes = std::fs::read(file).map_err(|source| PointsError::Read { file: file.to_owned(), source })?;
-    if bytes.starts_with(&MAGIC) { from_log(file, &bytes) } else { from_csv(file, &bytes) }
+    let read_error = |source| PointsError::Read { file: file.to_owned(), source };
+    let mut input = BufReader::with_capacity(MOST_HEADER_BYTES, regular_file::open(file).map_err(read_error)?);
+    let beginning = input.fill_buf().map_err(read_error)?;
+    if beginning.starts_with(&MAGIC) {
+        return from_log(file, input);
+    }
+    // A line without an end would be held in memory.
+    if beginning.len() == MOST_HEADER_BYTES && !beginning.contains(&b'\n') {
+        return Err(PointsError::Line {
+            file: file.to_owned(),
+            line: 1,
+            found: format!("more than {MOST_HEADER_BYTES} bytes without an end of line"),
+            expected: "a log, or a CSV file that uarm show --csv writes".to_owned(),
+        });
+    }
+    from_csv(file, input)
 }
 
-fn from_log(file: &Path, bytes: &[u8]) -> Result<Vec<Point>, PointsError> {
-    let log = RunLog::read_from(bytes, file)?;
+fn from_log(file: &Path, input: impl Read) -> Result<Vec<Point>, PointsError> {
+    let log = RunLog::read_from(input, file)?;
     let damaged = |found: &str| PointsError::Damaged { file: file.to_owned(), found: found.to_owned() };
     if let Some(damage) = log.damage.first() {
         return Err(damaged(damage));
@@ -132,11 +151,11 @@ impl From<&CycleRecord> for Point {
     }
 }
 
-/// Reads the bytes of a CSV file; `file` is what messages call it.
+/// Reads a CSV file from `input`; `file` is what messages call it.
 ///
 /// # Errors
 /// As [`read`].
-pub fn from_csv(file: &Path, bytes: &[u8]) -> Result<Vec<Point>, PointsError> {
+pub fn from_csv(file: &Path, input: impl Read) -> Result<Vec<Point>, PointsError> {
     let refuse = |line: u64, found: &str, expected: &str| PointsError::Line {
         file: file.to_owned(),
         line,
@@ -153,7 +172,7 @@ pub fn from_csv(file: &Path, bytes: &[u8]) -> Result<Vec<Point>, PointsError> {
             _ => refuse(line, &error.to_string(), "a line of a CSV file"),
         }
     };
-    let mut reader = ReaderBuilder::new().from_reader(bytes);
+    let mut reader = ReaderBuilder::new().from_reader(input);
     let header = reader.headers().map_err(malformed)?.clone();
     let mut places = [0; COLUMNS.len()];
     for (place, name) in places.iter_mut().zip(COLUMNS) {
@@ -243,17 +262,17 @@ mod tests {
             assert!(found.contains(message), "{found}");
         }
         let bytes = [header.as_bytes(), b"\n", row.as_bytes(), b"\nb\xff\n"].concat();
-        let found = from_csv(Path::new("run.csv"), &bytes).unwrap_err().to_string();
+        let found = from_csv(Path::new("run.csv"), bytes.as_slice()).unwrap_err().to_string();
         assert!(found.starts_with("run.csv, line 3: "), "{found}");
     }
 
     proptest! {
         #[test]
         fn no_bytes_make_it_panic(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-            let _ = from_csv(Path::new("x"), &bytes);
-            let _ = from_log(Path::new("x"), &[&MAGIC, bytes.as_slice()].concat());
+            let _ = from_csv(Path::new("x"), bytes.as_slice());
+            let _ = from_log(Path::new("x"), [&MAGIC, bytes.as_slice()].concat().as_slice());
             let with_header = [COLUMNS.join(",").as_bytes(), b"\n", &bytes].concat();
-            let _ = from_csv(Path::new("x"), &with_header);
+            let _ = from_csv(Path::new("x"), with_header.as_slice());
         }
 
         #[test]

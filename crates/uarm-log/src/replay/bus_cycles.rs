@@ -11,6 +11,8 @@ use uarm_loop::recording::FrameRecord;
 pub struct BusCycle<const J: usize> {
     /// When SYNC was sent.
     pub sync_at: Instant,
+    /// The number that SYNC had, where it has one.
+    pub counter: Option<u8>,
     /// The encoder counts that each drive sent after it.
     pub counts: [Option<i32>; J],
     /// The statusword that each drive sent with them.
@@ -31,8 +33,15 @@ pub enum Continuity {
 }
 
 impl<const J: usize> BusCycle<J> {
-    fn new(sync_at: Instant) -> Self {
-        Self { sync_at, counts: [None; J], statuswords: [0; J], sent: [None; J], continuity: Continuity::Whole }
+    fn new(sync: &FrameRecord) -> Self {
+        Self {
+            sync_at: sync.at,
+            counter: sync.frame.data().first().copied(),
+            counts: [None; J],
+            statuswords: [0; J],
+            sent: [None; J],
+            continuity: Continuity::Whole,
+        }
     }
 
     /// The counts of all drives, if all answered.
@@ -74,11 +83,19 @@ pub fn bus_cycles<const J: usize>(frames: &[FrameRecord], nodes: [u8; J]) -> Vec
     let mut cycles: Vec<BusCycle<J>> = Vec::new();
     let mut expected = None;
     let mut broken = false;
+    let syncs = frames.iter().filter(|record| Channel::of(record.frame.id()) == Some(Channel::Sync));
+    // The counter begins again behind its largest number.
+    let largest = syncs.filter_map(|sync| sync.frame.data().first().copied()).max().unwrap_or_default();
     for record in frames {
         broken |= expected.is_some_and(|expected| expected != record.sequence);
         expected = Some(record.sequence.wrapping_add(1));
         if Channel::of(record.frame.id()) == Some(Channel::Sync) {
-            cycles.push(BusCycle::new(record.at));
+            let cycle = BusCycle::new(record);
+            let previous = cycles.last().and_then(|cycle| cycle.counter);
+            broken |= previous
+                .zip(cycle.counter)
+                .is_some_and(|(previous, counter)| counter != if previous >= largest { 1 } else { previous + 1 });
+            cycles.push(cycle);
         }
         if let Some(cycle) = cycles.last_mut() {
             cycle.take(record, nodes);
@@ -133,5 +150,19 @@ mod tests {
         assert_eq!(first.all_sent(), Some([0, -10, 7]));
         assert_eq!(first.continuity, Continuity::Whole);
         assert_eq!((second.all_counts(), second.continuity), (None, Continuity::Broken), "frame 11 is missing");
+        assert_eq!((first.counter, second.counter), (Some(1), Some(2)));
+    }
+
+    #[test]
+    fn a_sync_that_is_missing_breaks_the_cycles() {
+        let syncs = |counters: &[u8]| -> Vec<Continuity> {
+            let frames: Vec<_> =
+                counters.iter().zip(0..).map(|(counter, at)| frame(at, at.into(), 0x080, &[*counter])).collect();
+            bus_cycles(&frames, [1, 2, 3]).iter().map(|cycle| cycle.continuity).collect()
+        };
+        use Continuity::{Broken, Whole};
+        assert_eq!(syncs(&[1, 2, 4, 5]), [Whole, Whole, Broken, Whole]);
+        assert_eq!(syncs(&[239, 240, 1, 2]), [Whole; 4]);
+        assert_eq!(syncs(&[9, 10, 2]), [Whole, Whole, Broken]);
     }
 }

@@ -42,8 +42,10 @@ pub struct ExactReplay {
     pub differing_cycles: u64,
     /// The first differences, at most ten.
     pub differences: Vec<Difference>,
-    /// Cycles that could not be replayed, since something before them is missing.
+    /// Cycles that could not be replayed, since something in them or before them is missing.
     pub lost_cycles: u64,
+    /// Torques that are missing in cycles of which only the bus was recorded.
+    pub missing_torques: u64,
     /// How often the replay went on from a keyframe behind a gap.
     pub resumed: u64,
     /// The fault that the signal path gave in the last cycle, as the live one did.
@@ -53,6 +55,16 @@ pub struct ExactReplay {
 }
 
 impl ExactReplay {
+    /// Whether anything was compared.
+    pub fn has_compared(&self) -> bool {
+        self.signals > 0 || self.fault_reproduced.is_some()
+    }
+
+    /// Whether parts of the run were not compared.
+    pub fn has_loss(&self) -> bool {
+        self.lost_cycles > 0 || self.missing_torques > 0
+    }
+
     /// Whether all that was compared is equal.
     pub fn is_equal(&self) -> bool {
         self.differing_cycles == 0 && self.fault_reproduced != Some(false)
@@ -73,7 +85,12 @@ impl ExactReplay {
         let path = signal_path(source.robot, source.settings, controller)?;
         let mut replay = Replay { source, path, position: Position::Lost, previous: None, outcome: Self::default() };
         replay.begin(start)?;
-        for cycle in source.bus {
+        // Behind the last cycle in which all drives answered, the run had ended.
+        let last_answered = source.bus.iter().rposition(|cycle| cycle.all_counts().is_some());
+        for (index, cycle) in source.bus.iter().enumerate() {
+            if Some(index) > last_answered {
+                break;
+            }
             replay.cycle(cycle)?;
         }
         Ok(replay.outcome)
@@ -111,6 +128,11 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
         let keyframe = match start {
             // Of a run that was not recorded with keyframes, the first state is that of the configuration.
             Start::Beginning if self.source.keyframes.is_empty() => {
+                if let Some(counter) =
+                    self.source.bus.first().and_then(|cycle| cycle.counter).filter(|first| *first > 1)
+                {
+                    return Err(ReplayError::BeginsLate(counter));
+                }
                 self.position = Position::After(None);
                 return Ok(());
             }
@@ -153,9 +175,9 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
         }
         match (self.position, cycle.all_counts()) {
             (Position::After(_), Some(counts)) => self.step(cycle, &tick, counts),
-            // The drives did not all answer: the live loop had nothing to compute either, and ended.
-            (Position::After(_), None) => self.position = Position::Ended,
-            (Position::Lost, _) => {
+            // The live loop goes on only if all drives answer, and it did: a frame is missing.
+            (Position::After(_) | Position::Lost, None) | (Position::Lost, _) => {
+                self.position = Position::Lost;
                 self.outcome.lost_cycles += 1;
                 self.resume(tick.index)?;
             }
@@ -223,7 +245,16 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
     /// Where only the bus was recorded, the torques on it are what there is to compare.
     fn compare_sent(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) -> Vec<Difference> {
         // What follows the last SYNC may be the stop that ended the run, with torque 0.
-        if self.is_last(cycle) && cycle.sent.iter().all(|sent| sent.unwrap_or(0) == 0) {
+        if self.is_last(cycle) {
+            if cycle.sent.iter().all(|sent| sent.unwrap_or(0) == 0) {
+                return Vec::new();
+            }
+        } else {
+            let missing = cycle.sent.iter().filter(|sent| sent.is_none()).count();
+            self.outcome.missing_torques += u64::try_from(missing).unwrap_or(u64::MAX);
+        }
+        if cycle.sent.iter().all(Option::is_none) {
+            self.outcome.lost_cycles += 1;
             return Vec::new();
         }
         self.outcome.cycles += 1;

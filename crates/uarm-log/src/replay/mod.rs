@@ -4,6 +4,7 @@
 //! | module | subject |
 //! |---|---|
 //! | [`bus_cycles`] | frames, cut at each SYNC |
+//! | [`one_clock`] | instants of a clock that was set, brought back to one |
 //! | [`source`] | what is replayed |
 //! | [`comparison`] | two records, bit for bit |
 //! | [`exact`] | the run again, as it was |
@@ -12,5 +13,6 @@
 pub mod bus_cycles;
 pub mod comparison;
 pub mod exact;
+pub mod one_clock;
 pub mod source;
 pub mod what_if;

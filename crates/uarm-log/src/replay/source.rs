@@ -70,6 +70,9 @@ pub enum ReplayError {
     /// No keyframe is early enough.
     #[error("no keyframe before {0} s")]
     NoKeyframe(f64),
+    /// A recording of the bus that has no state to begin with.
+    #[error("its first SYNC has the number {0}, expected 1: without keyframes a replay begins where the run began")]
+    BeginsLate(u8),
     /// There is nothing to replay.
     #[error("there is no SYNC in it: nothing to replay")]
     NoCycles,

@@ -68,7 +68,7 @@ impl<const N: usize> WhatIf<N> {
         }
         let (mut pairs, mut lost_cycles) = (Vec::new(), 0);
         let mut previous = None;
-        for cycle in source.bus {
+        for (index, cycle) in source.bus.iter().enumerate() {
             let tick = source.tick(cycle, previous);
             previous = Some((tick.index, cycle.sync_at));
             let recorded = source
@@ -78,7 +78,9 @@ impl<const N: usize> WhatIf<N> {
                 .or_else(|| sent_torque(source, cycle));
             let (Some(counts), Some(recorded), Continuity::Whole) = (cycle.all_counts(), recorded, cycle.continuity)
             else {
-                lost_cycles += 1;
+                // In the cycle that ended the run, no torque was sent.
+                let is_end = index + 1 == source.bus.len() && recorded.is_none();
+                lost_cycles += u64::from(!is_end);
                 continue;
             };
             // A count that the other robot's encoders would not believe is one cycle less.

@@ -132,6 +132,7 @@ pub fn bus_cycle(tick: u64, counts: [i32; 3]) -> BusCycle<3> {
     let ramp = 250 + 5 * i16::try_from(tick).unwrap();
     BusCycle {
         sync_at: sync(tick),
+        counter: None,
         counts: counts.map(Some),
         statuswords: [0x27; 3],
         sent: [Some(0), Some(ramp), Some(-200)],

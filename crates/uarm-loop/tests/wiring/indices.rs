@@ -84,6 +84,7 @@ fn the_outcome_of_cycles_is_that_of_the_run() {
     let outcome = Outcome::of_cycles(&motion(), period(), &cycles);
     // Errors of 3 and 4 make 5. Three eighths of a N·m, four times.
     assert_eq!(outcome.indices, Indices { l2: 5.0, e: 4.0 * PERIOD * 0.375 });
+    assert_eq!(outcome.last_time, cycles.last().map(|record| record.time));
     assert_eq!(outcome.final_error, [0.0, 1.0]);
     assert_eq!(outcome.peak_torque, [0.7, 1.4], "peaks count from the first cycle to the last");
     assert_eq!(outcome.base_drift, 7.0 * PERIOD);
@@ -98,5 +99,6 @@ fn peaks_are_magnitudes_and_drift_has_a_sign() {
     let cycles = [record(0.5, 0.0, -0.25), record(0.125, 0.0, 0.125)];
     let outcome = Outcome::of_cycles(&motion(), period(), &cycles);
     assert_eq!((outcome.peak_torque, outcome.base_drift), ([0.25, 0.5], -0.375));
-    assert_eq!(Outcome::of_cycles::<3>(&motion(), period(), &[]).base_drift, 0.0);
+    let nothing = Outcome::of_cycles::<3>(&motion(), period(), &[]);
+    assert_eq!((nothing.base_drift, nothing.last_time), (0.0, None));
 }

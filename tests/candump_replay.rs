@@ -1,0 +1,154 @@
+//! `uarm replay` of candump files as tools and users leave them.
+
+mod support;
+
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use support::{scratch, standard_output, text, uarm};
+use uarm_io::drive::wire::SYNC_COUNTER_OVERFLOW;
+
+/// Cycles of the recording that the tests change.
+const CYCLES: usize = 20;
+
+/// The first cycles of a run with controller 1 as candump recorded them.
+fn recording() -> &'static str {
+    static TEXT: OnceLock<String> = OnceLock::new();
+    TEXT.get_or_init(|| {
+        let log = scratch(&format!("candump-replay-{}.mcap", std::process::id()));
+        let log = log.to_str().unwrap();
+        let arguments = ["run", "--virtual-time", "--disturbance", "none", "--adaptation", "bounded", "--log", log];
+        standard_output(&arguments);
+        let all = standard_output(&["show", log, "--candump", "-"]);
+        std::fs::remove_file(log).unwrap();
+        let next = format!(" 080#{:02X}", CYCLES + 1);
+        all.lines().take_while(|line| !line.ends_with(&next)).fold(String::new(), |text, line| text + line + "\n")
+    })
+}
+
+/// Replays a recording; gives the exit code and what was printed.
+#[track_caller]
+fn replay(name: &str, bytes: &[u8], arguments: &[&str]) -> (i32, String) {
+    let path: PathBuf = scratch(&format!("candump-{name}.log"));
+    std::fs::write(&path, bytes).unwrap();
+    let output = uarm(&[&["replay", path.to_str().unwrap(), "--controller", "nonlinear"], arguments].concat());
+    (output.status.code().unwrap(), text(&output))
+}
+
+#[track_caller]
+fn assert_told(name: &str, bytes: &[u8], code: i32, parts: &[&str]) {
+    let (found, told) = replay(name, bytes, &[]);
+    assert_eq!(found, code, "{told}");
+    for part in parts {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+}
+
+#[test]
+fn whole_recordings_are_equal_however_they_were_kept() {
+    let text = recording();
+    let equal = [" 20 cycles from 0.000 s, 60 signals", "all equal, bit for bit"];
+    assert_told("plain", text.as_bytes(), 0, &equal);
+    assert_told("bom", format!("\u{feff}{text}").as_bytes(), 0, &equal);
+    assert_told("crlf", text.replace('\n', "\r\n").as_bytes(), 0, &equal);
+    assert_told("comments", format!("# recorded by hand\n\n{text}\n\n").as_bytes(), 0, &equal);
+    let raw: String = text
+        .lines()
+        .map(|line| if line.ends_with("00000000") { format!("{line}_9\n") } else { format!("{line}\n") })
+        .collect();
+    assert!(raw.contains("_9\n"));
+    assert_told("raw-dlc", raw.as_bytes(), 0, &equal);
+}
+
+#[test]
+fn what_is_cut_or_dropped_is_told() {
+    let text = recording();
+    let cut = &text[..text.len() - 5];
+    assert_told(
+        "cut",
+        cut.as_bytes(),
+        3,
+        &["cycles from 0.000 s", "1 lines are none of candump's, or cut", "equal, bit for bit"],
+    );
+    let dropped = format!("{text}DROPCOUNT: dropped 12 CAN frames on 'can0' socket (total drops 12)\n");
+    assert_told("dropped", dropped.as_bytes(), 3, &[" 20 cycles", "DROPCOUNT: dropped 12"]);
+    let error = "none/words";
+    assert_told("words", b"none/words\n", 1, &[error, "expected a log of `uarm run`, or lines of candump -L"]);
+    assert_told("empty", b"", 1, &["there is no frame in it"]);
+}
+
+/// Without the frames that answer one SYNC the law's state is unknown from there on.
+#[test]
+fn what_cannot_be_compared_is_counted() {
+    let lines: Vec<_> = recording().lines().collect();
+    let without = |wanted: &dyn Fn(usize, &str) -> bool| -> String {
+        let kept = lines.iter().enumerate().filter(|(index, line)| !wanted(*index, line));
+        kept.fold(String::new(), |text, (_, line)| text + line + "\n")
+    };
+    let sync = |number: usize| lines.iter().position(|line| line.ends_with(&format!(" 080#{number:02X}"))).unwrap();
+    let answer = (sync(6)..).find(|index| lines[*index].contains(" 182#")).unwrap();
+    let missing = without(&|index, _| index == answer);
+    assert_told("tpdo", missing.as_bytes(), 3, &[" 5 of 20 cycles", "these are equal", "LOST               15 cycles"]);
+    let missing = without(&|index, _| index == sync(6));
+    assert_told("sync", missing.as_bytes(), 3, &[" 5 of 19 cycles", "LOST               14 cycles"]);
+    let command = (sync(6)..).find(|index| lines[*index].contains(" 203#")).unwrap();
+    let missing = without(&|index, _| index == command);
+    assert_told("rpdo", missing.as_bytes(), 3, &[" 20 cycles", "59 signals", "LOST               1 torques"]);
+    // Nothing to compare at all.
+    let nothing = without(&|_, line| !line.contains(" 080#"));
+    assert_told("syncs", nothing.as_bytes(), 1, &["NOTHING was compared"]);
+    let nothing = without(&|_, line| line.contains(" 20"));
+    assert_told("no-rpdo", nothing.as_bytes(), 1, &["NOTHING was compared"]);
+    // What began before the recording cannot be made up.
+    let late = without(&|index, _| index < sync(4));
+    assert_told("late", late.as_bytes(), 1, &["its first SYNC has the number 4, expected 1"]);
+}
+
+#[test]
+fn a_clock_that_was_set_is_told_and_changes_nothing() {
+    let lines: Vec<_> = recording().lines().collect();
+    for (name, first, seconds) in [("forward", " 080#07", 1.0), ("back", " 080#07", -3600.0), ("within", " 182#", 0.75)]
+    {
+        let begin = lines.iter().position(|line| line.ends_with(" 080#07")).unwrap();
+        let begin = (begin..).find(|index| lines[*index].contains(first)).unwrap();
+        let set = |(index, line): (usize, &&str)| {
+            let (time, rest) = line.strip_prefix('(').unwrap().split_once(')').unwrap();
+            let (whole, fraction) = time.split_once('.').unwrap();
+            let nanoseconds = whole.parse::<i128>().unwrap() * 1_000_000_000 + fraction.parse::<i128>().unwrap();
+            let step = if index >= begin { (seconds * 1e9) as i128 } else { 0 };
+            let stepped = nanoseconds + step;
+            format!("({}.{:09}){rest}\n", stepped / 1_000_000_000, stepped % 1_000_000_000)
+        };
+        let text: String = lines.iter().enumerate().map(set).collect();
+        let told = format!("clock set          by {seconds:+.3} s");
+        assert_told(name, text.as_bytes(), 0, &[" 20 cycles", "all equal", &told]);
+    }
+    assert_eq!(SYNC_COUNTER_OVERFLOW, 240, "the recording is shorter than a turn of the counter");
+}
+
+#[test]
+fn interfaces_are_told_apart() {
+    let text = recording();
+    let other: String = text.lines().map(|line| format!("{line}\n{}\n", line.replace(" vcan0 ", " can1 "))).collect();
+    let (code, told) = replay("two", other.as_bytes(), &[]);
+    assert_eq!(code, 1);
+    assert!(told.contains("can1 (") && told.contains("vcan0 (") && told.contains("--interface"), "{told}");
+    let (code, told) = replay("one-of-two", other.as_bytes(), &["--interface", "can1"]);
+    assert_eq!(code, 0, "{told}");
+    let (code, told) = replay("none-of-two", other.as_bytes(), &["--interface", "can7"]);
+    assert_eq!(code, 1);
+    assert!(told.contains("no frame of can7"), "{told}");
+}
+
+/// In the cycle that ends a run by a limit, no torque is sent: nothing is lost.
+#[test]
+fn a_what_if_on_a_run_that_ended_by_a_limit_loses_nothing() {
+    let robot = uarm::robot::BUILT_IN.replacen("tracking_error_limit_deg = 30.0", "tracking_error_limit_deg = 0.5", 1);
+    let (file, log) = (scratch("limit.toml"), scratch(&format!("limit-{}.mcap", std::process::id())));
+    std::fs::write(&file, robot).unwrap();
+    let run = uarm(&["run", "--virtual-time", "--robot", file.to_str().unwrap(), "--log", log.to_str().unwrap()]);
+    assert_eq!(run.status.code(), Some(1));
+    let output = uarm(&["replay", log.to_str().unwrap(), "--controller", "adaptive"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    assert!(!text(&output).contains("LOST"), "{}", text(&output));
+}
