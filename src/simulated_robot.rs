@@ -163,10 +163,18 @@ fn drive(joint: &Joint) -> anyhow::Result<DriveParameters> {
         maximum_torque: u16::try_from(joint.torque_scale.ceiling.per_mille())?,
         direction: joint.encoder.direction,
         encoder: EncoderDescription {
-            counts_per_revolution: joint.encoder.counts_per_revolution.get(),
+            counts_per_revolution: joint
+                .encoder
+                .counts_per_revolution
+                .of_motor(joint.torque_scale.transmission.ratio())
+                .context("counts per revolution of the motor")?,
             counter_bits: joint.encoder.counter_width.get(),
             zero_offset: joint.encoder.zero,
         },
     })
     .with_context(|| joint.name.clone())
+    .map(|drive| {
+        let unit = joint.torque_scale.rated_torque.unit();
+        drive.with_rated_torque_unit(unit).behind(joint.torque_scale.transmission)
+    })
 }

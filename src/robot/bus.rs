@@ -1,9 +1,11 @@
 //! The bus: checked.
 
 use uarm_io::bus_time::{BitRate, BusTime};
+use uarm_io::drive::network::Timeouts;
+use uarm_io::drive::pdo_objects::PdoKind;
 use uarm_io::time::Duration;
 use uarm_loop::period::Period;
-use uarm_loop::robot::Bus;
+use uarm_loop::robot::{Bus, Joint};
 
 use super::error::{Checker, RobotError};
 use super::file;
@@ -12,13 +14,18 @@ use crate::dimensions::JOINTS;
 /// Bit rates of classic CAN, bit/s (CiA 301).
 const BITRATES: [u32; 8] = [1_000_000, 800_000, 500_000, 250_000, 125_000, 50_000, 20_000, 10_000];
 
-pub(super) fn check(bus: &file::Bus, period: Period, check: &Checker<'_>) -> Result<Bus, RobotError> {
+pub(super) fn check(
+    bus: &file::Bus,
+    joints: &[Joint; JOINTS],
+    period: Period,
+    check: &Checker<'_>,
+) -> Result<Bus, RobotError> {
     if !BITRATES.contains(&bus.bitrate_hz) {
         return Err(check.refuse("bus.bitrate_hz", bus.bitrate_hz, format!("one of {BITRATES:?}")));
     }
     let bit_rate = BitRate::new(bus.bitrate_hz)
         .map_err(|error| check.refuse("bus.bitrate_hz", bus.bitrate_hz, error.to_string()))?;
-    let time = BusTime::of_cycle(JOINTS, bit_rate, period.duration())
+    let time = BusTime::of_cycle_with(JOINTS, &other_frames(joints), bit_rate, period.duration())
         .map_err(|error| check.refuse("control.period_us", period.duration().as_micros(), error.to_string()))?;
     let milliseconds = |field: &str, value: u16, least: Duration, why: &str| {
         let duration = Duration::from_millis(value.into());
@@ -55,12 +62,61 @@ pub(super) fn check(bus: &file::Bus, period: Period, check: &Checker<'_>) -> Res
     )?;
     let sdo_timeout =
         milliseconds("sdo_timeout_ms", bus.sdo_timeout_ms, Duration::from_millis(1), "one frame each way")?;
-    Ok(Bus { bit_rate, time, controller_heartbeat, controller_timeout, drive_heartbeat, drive_timeout, sdo_timeout })
+    let otherwise = Timeouts::default();
+    let longer = |field: &str, value: Option<u16>, otherwise: Duration, why: &str| {
+        value.map_or(Ok(otherwise), |value| milliseconds(field, value, Duration::from_millis(1), why))
+    };
+    let timeouts = Timeouts {
+        boot: longer("boot_timeout_ms", bus.boot_timeout_ms, otherwise.boot, "a drive needs time to boot")?,
+        sdo: sdo_timeout,
+        sdo_attempts: attempts(bus, check)?.unwrap_or(otherwise.sdo_attempts),
+        nmt: longer("nmt_timeout_ms", bus.nmt_timeout_ms, otherwise.nmt, "one heartbeat of the drive")?,
+        power: longer("power_timeout_ms", bus.power_timeout_ms, otherwise.power, "power stage and brake take time")?,
+        ..otherwise
+    };
+    Ok(Bus {
+        bit_rate,
+        time,
+        controller_heartbeat,
+        controller_timeout,
+        drive_heartbeat,
+        drive_timeout,
+        timeouts,
+        sync_counter: bus.sync_counter.unwrap_or_default(),
+        emergency_reaction: bus.emergency.unwrap_or_default(),
+    })
+}
+
+fn attempts(bus: &file::Bus, check: &Checker<'_>) -> Result<Option<u8>, RobotError> {
+    const RANGE: std::ops::RangeInclusive<u8> = 1..=20;
+    match bus.sdo_attempts {
+        Some(attempts) if !RANGE.contains(&attempts) => {
+            Err(check.refuse("bus.sdo_attempts", attempts, format!("{} to {}", RANGE.start(), RANGE.end())))
+        }
+        attempts => Ok(attempts),
+    }
+}
+
+/// Data bytes of the frames beyond those that every robot has: torque feedback, and TPDOs that are kept, of which no more
+/// is known than that a frame has eight bytes at most.
+fn other_frames(joints: &[Joint; JOINTS]) -> Vec<usize> {
+    const TORQUE_FEEDBACK: usize = 2;
+    const MOST: usize = 8;
+    let of_joint = |joint: &Joint| {
+        let torque = joint.drive.pdos.torque_feedback.map(|_| TORQUE_FEEDBACK);
+        let kept = joint.drive.pdos.kept.iter().filter(|(kind, _)| *kind == PdoKind::Transmit).count();
+        torque.into_iter().chain(std::iter::repeat_n(MOST, kept)).collect::<Vec<_>>()
+    };
+    joints.iter().flat_map(of_joint).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+
+    use uarm_io::drive::network::{EmergencyReaction, Timeouts};
+    use uarm_io::drive::wishes::SyncCounterChoice;
+    use uarm_io::time::Duration;
 
     use crate::robot::overrides::Overrides;
     use crate::robot::{BUILT_IN, Robot};
@@ -87,6 +143,58 @@ mod tests {
             let message = drive(milliseconds).unwrap_err();
             assert!(message.contains("bus.drive_timeout_ms") && message.contains("at least 100"), "{message}");
         }
+    }
+
+    #[test]
+    fn timeouts_attempts_counter_and_reaction_have_defaults_and_ranges() {
+        let bus = |fields: &str| with("sdo_timeout_ms = 500 ", &format!("sdo_timeout_ms = 500\n{fields}\n"));
+        let plain = bus("").unwrap().description.bus;
+        let expected = Timeouts { sdo: Duration::from_millis(500), ..Timeouts::default() };
+        assert_eq!((plain.timeouts, plain.sync_counter), (expected, SyncCounterChoice::Auto));
+        assert_eq!(plain.emergency_reaction, EmergencyReaction::Stop);
+        let told = bus("boot_timeout_ms = 9000\nnmt_timeout_ms = 700\npower_timeout_ms = 4000\nsdo_attempts = 5\n\
+                        sync_counter = \"off\"\nemergency = \"record\"")
+        .unwrap()
+        .description
+        .bus;
+        let milliseconds = Duration::from_millis;
+        assert_eq!(
+            told.timeouts,
+            Timeouts {
+                boot: milliseconds(9000),
+                nmt: milliseconds(700),
+                power: milliseconds(4000),
+                sdo_attempts: 5,
+                ..expected
+            }
+        );
+        assert_eq!(told.sync_counter, SyncCounterChoice::Off);
+        assert_eq!(told.emergency_reaction, EmergencyReaction::Record);
+        for (field, part) in [
+            ("boot_timeout_ms = 0", "bus.boot_timeout_ms = 0: expected at least 1"),
+            ("nmt_timeout_ms = 0", "bus.nmt_timeout_ms = 0"),
+            ("power_timeout_ms = 0", "bus.power_timeout_ms = 0"),
+            ("sdo_attempts = 0", "bus.sdo_attempts = 0: expected 1 to 20"),
+            ("sync_counter = \"maybe\"", "expected one of `auto`, `on`, `off`"),
+            ("emergency = \"ignore\"", "expected `stop` or `record`"),
+        ] {
+            let message = bus(field).unwrap_err();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+
+    /// 75 bits for the torque of one joint, 135 for each TPDO that is kept: at 1 Mbit/s as many microseconds.
+    #[test]
+    fn other_frames_take_bus_time() {
+        let plain = with("name = \"UARM\"", "name = \"UARM\"").unwrap().description.bus.time.cyclic;
+        let writes = "drive = { rated_torque_nm = 0.2, writes";
+        let text = BUILT_IN.replacen(
+            writes,
+            "drive = { rated_torque_nm = 0.2, pdo = { torque_tpdo = 2, keep_tpdos = [3, 4] }, writes",
+            1,
+        );
+        let robot = Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).unwrap();
+        assert_eq!((robot.description.bus.time.cyclic - plain).as_micros(), 75 + 2 * 135);
     }
 
     #[test]

@@ -6,7 +6,10 @@
 
 use hinf_control::ControllerSettings;
 use serde::{Deserialize, Serialize};
+use uarm_io::drive::network::EmergencyReaction;
+use uarm_io::drive::wishes::{SyncCounterChoice, TorqueApplies};
 use uarm_io::encoder::Direction;
+use uarm_io::torque::TorqueUnit;
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct RobotFile {
@@ -97,6 +100,12 @@ pub struct Bus {
     pub drive_heartbeat_ms: u16,
     pub drive_timeout_ms: u16,
     pub sdo_timeout_ms: u16,
+    pub sdo_attempts: Option<u8>,
+    pub boot_timeout_ms: Option<u16>,
+    pub nmt_timeout_ms: Option<u16>,
+    pub power_timeout_ms: Option<u16>,
+    pub sync_counter: Option<SyncCounterChoice>,
+    pub emergency: Option<EmergencyReaction>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -104,6 +113,8 @@ pub struct Joint {
     pub name: String,
     pub role: Role,
     pub node: u8,
+    pub gear_ratio: Option<[u32; 2]>,
+    pub gear_efficiency: Option<f64>,
     pub encoder: Encoder,
     pub drive: Drive,
     pub limits: Limits,
@@ -122,12 +133,78 @@ pub struct Encoder {
     pub counter_bits: u8,
     pub direction: Direction,
     pub zero_counts: i32,
+    pub resolution_object: Option<ResolutionObject>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(untagged, expecting = "\"608F\", \"absent\" or { index, subindex, equals }")]
+pub enum ResolutionObject {
+    Named(NamedResolution),
+    Object(MakersObject),
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+pub enum NamedResolution {
+    #[serde(rename = "608F")]
+    Standard,
+    #[serde(rename = "absent")]
+    Absent,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(deny_unknown_fields)]
+pub struct MakersObject {
+    pub index: u16,
+    pub subindex: u8,
+    pub equals: i64,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Drive {
     pub rated_torque_nm: f64,
+    pub rated_torque_unit: Option<TorqueUnit>,
+    pub target_torque_of: Option<TargetTorqueOf>,
+    pub rated_current_ma: Option<u32>,
+    pub torque_applies: Option<TorqueApplies>,
+    pub watchdog: Option<Watchdog>,
+    pub rpdo_timeout_ms: Option<u16>,
+    pub watchdog_test: Option<String>,
+    pub without_6007h: Option<String>,
+    pub pdo: Option<Pdo>,
+    #[serde(default)]
     pub writes: Vec<ObjectWrite>,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum TargetTorqueOf {
+    #[default]
+    RatedTorque,
+    StatedTorque,
+    RatedCurrent,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Watchdog {
+    #[default]
+    Heartbeat,
+    RpdoTimeout,
+}
+
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+pub struct Pdo {
+    pub rpdo: Option<u16>,
+    pub rpdo_id: Option<u16>,
+    pub rpdo_transmission: Option<u8>,
+    pub tpdo: Option<u16>,
+    pub tpdo_id: Option<u16>,
+    pub torque_tpdo: Option<u16>,
+    pub torque_tpdo_id: Option<u16>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub keep_rpdos: Vec<u16>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub keep_tpdos: Vec<u16>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -137,6 +214,15 @@ pub struct ObjectWrite {
     #[serde(rename = "type")]
     pub kind: ObjectType,
     pub value: i64,
+    pub when: Option<When>,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum When {
+    #[default]
+    Before,
+    After,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]

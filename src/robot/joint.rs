@@ -1,11 +1,13 @@
 //! Encoders, drives and limits of the joints: checked.
 
-use uarm_io::drive::{Address, NodeId, Value};
-use uarm_io::encoder::{CounterWidth, CountsPerRevolution, EncoderConfiguration, JumpLimit};
-use uarm_io::torque::{RatedTorque, TorqueCeiling, TorqueScale};
+use uarm_io::drive::NodeId;
+use uarm_io::encoder::{CounterWidth, CountsPerRevolution, Direction, EncoderConfiguration, JumpLimit};
+use uarm_io::gear::{GearRatio, Transmission};
+use uarm_io::torque::{RatedTorque, TorqueCeiling, TorqueScale, TorqueUnit};
 use uarm_loop::guard::JointLimits;
 use uarm_loop::robot::Joint;
 
+use super::drive::{DriveCheck, check_identifiers};
 use super::error::{Checker, RobotError};
 use super::file::{self, RobotFile, Role};
 use crate::dimensions::JOINTS;
@@ -28,7 +30,9 @@ pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<[Joint; JOI
         }
     }
     let [first, second, third] = joints;
-    Ok([one(0, first, file, check)?, one(1, second, file, check)?, one(2, third, file, check)?])
+    let joints = [one(0, first, file, check)?, one(1, second, file, check)?, one(2, third, file, check)?];
+    check_identifiers(&joints.each_ref().map(|joint| &joint.drive), check)?;
+    Ok(joints)
 }
 
 fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>) -> Result<Joint, RobotError> {
@@ -43,7 +47,8 @@ fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>)
     let maximum = check.within(&field("limits.maximum_deg"), limits.maximum_deg, minimum, 36_000.0)?;
     let velocity =
         check.within(&field("limits.velocity_deg_per_s"), limits.velocity_deg_per_s, 1e-3, 36_000.0)?.to_radians();
-    let encoder = encoder(index, &joint.encoder, velocity, period, check)?;
+    let transmission = transmission(index, joint, check)?;
+    let encoder = encoder(index, joint, transmission.ratio(), velocity, period, check)?;
     let torque_limit = match joint.role {
         Role::Active => check.positive(&field("limits.torque_nm"), limits.torque_nm)?,
         Role::Passive if limits.torque_nm == 0.0 => 0.0,
@@ -60,42 +65,66 @@ fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>)
         Role::Active => check.positive(&rate_field, limits.torque_rate_nm_per_s)?,
         Role::Passive => check.not_negative(&rate_field, limits.torque_rate_nm_per_s)?,
     };
-    let rated = rated_torque(&field("drive.rated_torque_nm"), joint.drive.rated_torque_nm, check)?;
-    let torque_scale =
-        TorqueScale { rated_torque: rated, direction: encoder.direction, ceiling: ceiling(torque_limit, rated) };
-    if torque_limit > f64::from(i16::MAX) * rated.per_mille() {
+    let unit = joint.drive.rated_torque_unit.unwrap_or_default();
+    let rated = rated_torque(&field("drive.rated_torque_nm"), joint.drive.rated_torque_nm, unit, check)?;
+    let torque_scale = scale(rated, encoder.direction, transmission, torque_limit);
+    if torque_limit > f64::from(i16::MAX) * torque_scale.per_mille() {
         return Err(check.refuse(
             field("limits.torque_nm"),
             limits.torque_nm,
-            format!("at most {} times drive.rated_torque_nm: object 6071h holds no more", i16::MAX / 1000),
+            format!("at most {} times the rated torque at the joint: object 6071h holds no more", i16::MAX / 1000),
         ));
     }
+    let drive = DriveCheck { index, joint, file, check }.configuration(node, rated, torque_scale.ceiling)?;
     Ok(Joint {
         name: joint.name.clone(),
         node,
         estimator: super::control::estimator(file, encoder.counts_per_revolution, check)?,
         encoder,
         torque_scale,
-        writes: writes(index, &joint.drive.writes, check)?,
+        drive,
         torque_limit,
         torque_rate_limit,
         limits: JointLimits { position: [minimum.to_radians(), maximum.to_radians()], velocity },
     })
 }
 
+/// The gear between motor and joint.
+fn transmission(index: usize, joint: &file::Joint, check: &Checker<'_>) -> Result<Transmission, RobotError> {
+    let [motor, of_joint] = joint.gear_ratio.unwrap_or([1, 1]);
+    let ratio = GearRatio::new(motor, of_joint).map_err(|error| {
+        check.refuse(format!("joints[{index}].gear_ratio"), format!("[{motor}, {of_joint}]"), error.to_string())
+    })?;
+    let efficiency = joint.gear_efficiency.unwrap_or(1.0);
+    Transmission::new(ratio, efficiency)
+        .map_err(|error| check.refuse(format!("joints[{index}].gear_efficiency"), efficiency, error.to_string()))
+}
+
 fn encoder(
     index: usize,
-    encoder: &file::Encoder,
+    joint: &file::Joint,
+    gear: GearRatio,
     velocity: f64,
     period: f64,
     check: &Checker<'_>,
 ) -> Result<EncoderConfiguration, RobotError> {
     let field = |name: &str| format!("joints[{index}].encoder.{name}");
+    let encoder = &joint.encoder;
     let counts = encoder.counts_per_revolution;
-    let counts_per_revolution = CountsPerRevolution::new(counts)
+    let counts_per_revolution = CountsPerRevolution::behind(counts, gear)
         .map_err(|error| check.refuse(field("counts_per_revolution"), counts, error.to_string()))?;
     let counter_width = CounterWidth::new(encoder.counter_bits)
         .map_err(|error| check.refuse(field("counter_bits"), encoder.counter_bits, error.to_string()))?;
+    if gear != GearRatio::DIRECT {
+        let seen = 2.0_f64.powi(encoder.counter_bits.into()) * counts_per_revolution.resolution().to_degrees();
+        let limits = &joint.limits;
+        if seen <= limits.maximum_deg - limits.minimum_deg {
+            let expected = format!(
+                "so many that the counter, which repeats every {seen:.1} deg of the joint, tells all angles within limits apart"
+            );
+            return Err(check.refuse(field("counter_bits"), encoder.counter_bits, expected));
+        }
+    }
     // A wake-up may come up to a period late without a deadline missed, so one period's motion at full velocity is the
     // margin.
     let margin = (velocity * period / counts_per_revolution.resolution()).ceil() as u32 + 1;
@@ -111,55 +140,41 @@ fn encoder(
     })
 }
 
-/// Object 6076h holds whole mN·m.
-fn rated_torque(field: &str, newton_metres: f64, check: &Checker<'_>) -> Result<RatedTorque, RobotError> {
-    let expected = "a whole number of mN m above 0, as object 6076h holds it";
-    let millinewton_metres = (newton_metres * 1e3).round();
-    if !(1.0..=f64::from(u32::MAX)).contains(&millinewton_metres)
-        || (newton_metres * 1e3 - millinewton_metres).abs() > 1e-6
-    {
+/// Object 6076h holds a whole number of its unit.
+fn rated_torque(
+    field: &str,
+    newton_metres: f64,
+    unit: TorqueUnit,
+    check: &Checker<'_>,
+) -> Result<RatedTorque, RobotError> {
+    let (in_newton_metre, expected) = match unit {
+        TorqueUnit::MillinewtonMetre => (1e3, "a whole number of mN m above 0, as object 6076h holds it"),
+        TorqueUnit::MicronewtonMetre => (1e6, "a whole number of uN m above 0, as object 6076h holds it"),
+    };
+    let value = (newton_metres * in_newton_metre).round();
+    if !(1.0..=f64::from(u32::MAX)).contains(&value) || (newton_metres * in_newton_metre - value).abs() > 1e-6 {
         return Err(check.refuse(field, newton_metres, expected));
     }
-    RatedTorque::from_millinewton_metres(millinewton_metres as u32)
-        .map_err(|_| check.refuse(field, newton_metres, expected))
+    RatedTorque::new(value as u32, unit).map_err(|_| check.refuse(field, newton_metres, expected))
 }
 
-/// What the drive is never sent more of: the joint's limit, rounded up to a whole per mille.
-fn ceiling(torque_limit: f64, rated: RatedTorque) -> TorqueCeiling {
-    let per_mille = (torque_limit / rated.per_mille()).ceil().clamp(1.0, f64::from(i16::MAX)) as i16;
-    TorqueCeiling::new(per_mille).unwrap_or(TorqueCeiling::RATED)
-}
-
-fn writes(
-    index: usize,
-    writes: &[file::ObjectWrite],
-    check: &Checker<'_>,
-) -> Result<Vec<(Address, Value)>, RobotError> {
-    writes
-        .iter()
-        .enumerate()
-        .map(|(number, write)| {
-            let value = match write.kind {
-                file::ObjectType::U8 => u8::try_from(write.value).map(Value::Unsigned8),
-                file::ObjectType::U16 => u16::try_from(write.value).map(Value::Unsigned16),
-                file::ObjectType::U32 => u32::try_from(write.value).map(Value::Unsigned32),
-                file::ObjectType::I8 => i8::try_from(write.value).map(Value::Integer8),
-                file::ObjectType::I16 => i16::try_from(write.value).map(Value::Integer16),
-                file::ObjectType::I32 => i32::try_from(write.value).map(Value::Integer32),
-            }
-            .map_err(|_| {
-                let field = format!("joints[{index}].drive.writes[{number}].value");
-                check.refuse(field, write.value, format!("a value that fits type {:?}", write.kind))
-            })?;
-            Ok((Address::new(write.index, write.subindex), value))
-        })
-        .collect()
+/// The scale of a joint whose drive is never sent more than its limit, rounded up to a whole per mille.
+fn scale(
+    rated_torque: RatedTorque,
+    direction: Direction,
+    transmission: Transmission,
+    torque_limit: f64,
+) -> TorqueScale {
+    let scale = TorqueScale { rated_torque, direction, ceiling: TorqueCeiling::RATED, transmission };
+    let per_mille = (torque_limit / scale.per_mille()).ceil().clamp(1.0, f64::from(i16::MAX)) as i16;
+    TorqueScale { ceiling: TorqueCeiling::new(per_mille).unwrap_or(TorqueCeiling::RATED), ..scale }
 }
 
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
+    use uarm_io::drive::wishes::Resolution;
     use uarm_io::encoder::JumpLimit;
 
     use crate::robot::overrides::Overrides;
@@ -171,6 +186,46 @@ mod tests {
         let text = BUILT_IN.replacen("torque_rate_nm_per_s = 100.0", "torque_rate_nm_per_s = 0.0", 1);
         let error = Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).unwrap_err().to_string();
         assert!(error.contains("joints[1].limits.torque_rate_nm_per_s"), "{error}");
+    }
+
+    fn first_joint(fields: &str, bits: u8) -> Result<uarm_loop::robot::Joint, String> {
+        let text = BUILT_IN.replacen("node = 1  ", &format!("{fields}\nnode = 1  "), 1).replacen(
+            "counter_bits = 32",
+            &format!("counter_bits = {bits}"),
+            1,
+        );
+        let [joint, ..] = Robot::parse(Path::new("test.toml"), &text, &Overrides::default())
+            .map_err(|error| error.to_string())?
+            .description
+            .joints;
+        Ok(joint)
+    }
+
+    /// Motor-side counts and torque: 33739 counts a revolution of the motor, which turns 50/3 times as fast.
+    #[test]
+    fn a_gear_makes_counts_and_torque_those_of_the_joint() {
+        let joint = first_joint("gear_ratio = [50, 3]\ngear_efficiency = 0.75", 32).unwrap();
+        assert_eq!(joint.encoder.counts_per_revolution.ratio(), (33_739 * 50, 3));
+        // 0.2 mN m times 50/3 times 0.75.
+        assert!((joint.torque_scale.per_mille() - 2.5e-3).abs() < 1e-15);
+        assert_eq!(joint.drive.resolution, Resolution::Standard { counts: 33_739 }, "the drive counts its motor");
+        let direct = first_joint("", 32).unwrap();
+        assert_eq!(direct.torque_scale.per_mille().to_bits(), (f64::from(200) * 1e-3 * 1e-3).to_bits());
+    }
+
+    #[test]
+    fn what_no_gear_has_is_refused() {
+        for (fields, parts) in [
+            ("gear_ratio = [0, 1]", ["joints[0].gear_ratio = [0, 1]", "1 to 1000000"]),
+            ("gear_efficiency = 0.0", ["joints[0].gear_efficiency = 0", "above 0 and at most 1"]),
+            ("gear_efficiency = 1.5", ["joints[0].gear_efficiency = 1.5", "above 0 and at most 1"]),
+        ] {
+            let message = first_joint(fields, 32).unwrap_err();
+            assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+        }
+        // 2^20 counts of 33739 * 100 a revolution are 112 degrees, of limits 7200 degrees apart.
+        let message = first_joint("gear_ratio = [100, 1]", 20).unwrap_err();
+        assert!(message.contains("joints[0].encoder.counter_bits = 20") && message.contains("111.9 deg"), "{message}");
     }
 
     /// In one period of 3 ms the base turns 2.16 degrees at 720 deg/s: 202.4 of 33739 counts, so 203, and one more. The other

@@ -8,13 +8,15 @@
 //! | [`overrides`] | what a command line changes of it |
 //! | `task` | the motion |
 //! | [`demand`] | what the motion asks of the joints, and whether they have it |
-//! | `joint` | encoders, drives and limits |
+//! | `joint` | encoders, gears, torque scales and limits |
+//! | `drive` | what the master wants of a drive |
 //! | `bus` | the bus and its time budget |
 //! | [`control`] | period, estimator, and the controllers' weights |
 
 mod bus;
 pub mod control;
 pub mod demand;
+mod drive;
 pub mod error;
 pub mod file;
 pub mod fuzzy_sets;
@@ -122,6 +124,7 @@ impl Robot {
         let joints = joint::check(&file, &check)?;
         let model = model(&file.model, &check)?;
         control::check(&file, model, &check)?;
+        let bus = bus::check(&file.bus, &joints, period, &check)?;
         Ok(Self {
             source: text.to_owned(),
             description: LoopRobot {
@@ -132,7 +135,7 @@ impl Robot {
                 tracking_error_limit: check
                     .within("control.tracking_error_limit_deg", file.control.tracking_error_limit_deg, 0.1, 360.0)?
                     .to_radians(),
-                bus: bus::check(&file.bus, period, &check)?,
+                bus,
             },
             model,
             space_manipulator: space_manipulator(&file.space_manipulator, &check)?,
@@ -210,7 +213,8 @@ fn known_beside(file: &RobotFile, field: &str) -> String {
     }
     match place {
         Some(toml::Value::Table(table)) => {
-            format!("one of {}", table.keys().map(String::as_str).collect::<Vec<_>>().join(", "))
+            let known = table.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+            format!("one of {known}, or an optional field that docs/your-own-robot.md explains")
         }
         _ => "a field that robots/uarm.toml explains".to_owned(),
     }

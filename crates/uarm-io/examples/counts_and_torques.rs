@@ -24,6 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         rated_torque: RatedTorque::from_millinewton_metres(200)?,
         direction: Direction::Negative,
         ceiling: TorqueCeiling::RATED,
+        transmission: Default::default(),
     };
     assert_eq!(scale.to_drive(0.1)?.per_mille, -500);
     Ok(())

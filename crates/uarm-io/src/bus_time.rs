@@ -92,7 +92,7 @@ pub enum BusTimeError {
 /// The worst-case bus time of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BusTime {
-    /// SYNC, and TPDO1 and RPDO1 of every joint.
+    /// SYNC, the frames of feedback and command of every joint, and what other frames there are.
     pub cyclic_bits: u32,
     /// One heartbeat of every drive and of the master, should they all fall in one cycle.
     pub heartbeat_bits: u32,
@@ -110,12 +110,27 @@ impl BusTime {
     /// # Errors
     /// [`BusTimeError::DoesNotFit`] if the worst cycle takes longer than the period, [`BusTimeError::ZeroPeriod`].
     pub fn of_cycle(joints: usize, bit_rate: BitRate, period: Duration) -> Result<Self, BusTimeError> {
+        Self::of_cycle_with(joints, &[], bit_rate, period)
+    }
+
+    /// The same with one more frame in each cycle for each number of data bytes in `others`.
+    ///
+    /// # Errors
+    /// As [`BusTime::of_cycle`].
+    pub fn of_cycle_with(
+        joints: usize,
+        others: &[usize],
+        bit_rate: BitRate,
+        period: Duration,
+    ) -> Result<Self, BusTimeError> {
         if period.is_zero() {
             return Err(BusTimeError::ZeroPeriod);
         }
         let count = u32::try_from(joints).unwrap_or(u32::MAX);
         let pdos = worst_case_frame_bits(DriveFeedback::LENGTH) + worst_case_frame_bits(DriveCommand::LENGTH);
-        let cyclic_bits = worst_case_frame_bits(ONE_BYTE).saturating_add(pdos.saturating_mul(count));
+        let others = others.iter().fold(0_u32, |bits, bytes| bits.saturating_add(worst_case_frame_bits(*bytes)));
+        let cyclic_bits =
+            worst_case_frame_bits(ONE_BYTE).saturating_add(pdos.saturating_mul(count)).saturating_add(others);
         let heartbeat_bits = worst_case_frame_bits(ONE_BYTE).saturating_mul(count.saturating_add(1));
         let cyclic = bit_rate.time_of(cyclic_bits);
         let worst = bit_rate.time_of(cyclic_bits.saturating_add(heartbeat_bits));
@@ -147,6 +162,15 @@ mod tests {
         assert_eq!(time.cyclic, Duration::from_micros(65 + 3 * 115 + 3 * 95));
         assert!((time.load - 0.695 / 3.0).abs() < 1e-12);
         assert_eq!(time.worst - time.cyclic, Duration::from_micros(4 * 65));
+    }
+
+    /// 55 + 10 L bits each.
+    #[test]
+    fn other_frames_count() {
+        let period = Duration::from_millis(3);
+        let plain = BusTime::of_cycle(3, BitRate::FASTEST, period).unwrap();
+        let more = BusTime::of_cycle_with(3, &[2, 8], BitRate::FASTEST, period).unwrap();
+        assert_eq!(more.cyclic_bits - plain.cyclic_bits, 75 + 135);
     }
 
     #[test]

@@ -1,15 +1,22 @@
 //! From the counts of an incremental encoder to joint angles.
 //!
 //! A drive reports a counter that wraps. The encoder unwraps it exactly, in both directions, refuses a change that the
-//! joint cannot have made, and gives the angle `count · D` with D = 2π / N, N the counts per revolution. The count of a
+//! joint cannot have made, and gives the angle `count · D` with D = 2π / N, N the counts per
+//! revolution of the joint: a ratio of whole numbers, for behind a gear they need not be whole. The count of a
 //! shaft at angle q is `floor(q/D + 1/2)`.
 
+use crate::gear::GearRatio;
 use core::f64::consts::TAU;
 use core::time::Duration;
 
-/// Quadrature counts in one revolution of the joint.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct CountsPerRevolution(u32);
+/// Counts of the drive's counter in a revolution of the joint: an exact ratio, since a gear need not make them whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CountsPerRevolution {
+    /// So many counts …
+    counts: u64,
+    /// … in so many revolutions of the joint.
+    revolutions: u32,
+}
 
 impl CountsPerRevolution {
     /// At least 4, one period of a quadrature encoder, and at most 2³⁰, so that a 32-bit counter holds four revolutions.
@@ -20,17 +27,52 @@ impl CountsPerRevolution {
     /// # Errors
     /// [`EncoderError::CountsPerRevolution`] outside [`CountsPerRevolution::RANGE`].
     pub fn new(counts: u32) -> Result<Self, EncoderError> {
-        if Self::RANGE.contains(&counts) { Ok(Self(counts)) } else { Err(EncoderError::CountsPerRevolution { counts }) }
+        if Self::RANGE.contains(&counts) {
+            Ok(Self { counts: counts.into(), revolutions: 1 })
+        } else {
+            Err(EncoderError::CountsPerRevolution { counts: counts.into() })
+        }
     }
 
-    /// The number of counts N.
-    pub const fn get(self) -> u32 {
-        self.0
+    /// The encoder of a motor with `counts` in each of its revolutions, behind `gear`.
+    ///
+    /// # Errors
+    /// [`EncoderError::CountsPerRevolution`] if `counts`, or the counts in a revolution of the joint, are outside
+    /// [`CountsPerRevolution::RANGE`].
+    pub fn behind(counts: u32, gear: GearRatio) -> Result<Self, EncoderError> {
+        Self::new(counts)?;
+        let (counts, revolutions) = (u64::from(counts) * u64::from(gear.motor()), u64::from(gear.joint()));
+        let whole = counts / revolutions;
+        if !u32::try_from(whole).is_ok_and(|whole| Self::RANGE.contains(&whole)) {
+            return Err(EncoderError::CountsPerRevolution { counts: whole });
+        }
+        let divisor = greatest_common_divisor(counts, revolutions);
+        let revolutions = u32::try_from(revolutions / divisor).unwrap_or(u32::MAX);
+        Ok(Self { counts: counts / divisor, revolutions })
+    }
+
+    /// The ratio as counts in a number of revolutions, without a common divisor.
+    pub const fn ratio(self) -> (u64, u32) {
+        (self.counts, self.revolutions)
+    }
+
+    /// Counts in a revolution, N, to the nearest number that f64 holds.
+    #[allow(clippy::as_conversions)] // below 2^50, since both factors are in their ranges
+    pub fn per_revolution(self) -> f64 {
+        self.counts as f64 / f64::from(self.revolutions)
+    }
+
+    /// Counts in a revolution of the motor behind `gear`: what was given to [`CountsPerRevolution::behind`].
+    pub fn of_motor(self, gear: GearRatio) -> Option<u32> {
+        let counts = self.counts.checked_mul(gear.joint().into())?;
+        let revolutions = u64::from(self.revolutions).checked_mul(gear.motor().into())?;
+        u32::try_from(counts.checked_div(revolutions)?).ok()
     }
 
     /// One count as an angle: D = 2π / N, rad.
+    #[allow(clippy::as_conversions)] // below 2^50, since both factors are in their ranges
     pub fn resolution(self) -> f64 {
-        TAU / f64::from(self.0)
+        TAU * f64::from(self.revolutions) / self.counts as f64
     }
 
     /// The count of a shaft at `angle` rad: `floor(angle/D + 1/2)`, saturated at the ends of `i64`.
@@ -38,6 +80,13 @@ impl CountsPerRevolution {
     pub fn count_at(self, angle: f64) -> i64 {
         libm_floor(angle / self.resolution() + 0.5) as i64
     }
+}
+
+fn greatest_common_divisor(mut one: u64, mut other: u64) -> u64 {
+    while other != 0 {
+        (one, other) = (other, one % other);
+    }
+    one.max(1)
 }
 
 fn libm_floor(value: f64) -> f64 {
@@ -134,7 +183,7 @@ impl JumpLimit {
 /// What has to be known of an encoder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EncoderConfiguration {
-    /// Quadrature counts in one revolution of the joint.
+    /// Counts in a revolution of the joint.
     pub counts_per_revolution: CountsPerRevolution,
     /// Bits of the counter.
     pub counter_width: CounterWidth,
@@ -164,7 +213,7 @@ pub enum EncoderError {
     #[error("{counts} counts per revolution, expected {} to {}", CountsPerRevolution::RANGE.start(), CountsPerRevolution::RANGE.end())]
     CountsPerRevolution {
         /// The counts per revolution that were asked for.
-        counts: u32,
+        counts: u64,
     },
     /// See [`CounterWidth::RANGE`].
     #[error("a counter of {bits} bits, expected {} to {}", CounterWidth::RANGE.start(), CounterWidth::RANGE.end())]

@@ -22,6 +22,7 @@
 //!     rated_torque: RatedTorque::from_millinewton_metres(200)?,
 //!     direction: Default::default(),
 //!     ceiling: TorqueCeiling::RATED,
+//!     transmission: Default::default(),
 //! };
 //! assert_eq!(scale.to_drive(0.0706)?.per_mille, 353);
 //!
@@ -39,6 +40,7 @@
 //! | [`frame`], [`link`], [`time`] | the contracts: a frame, a way to send and receive it, a clock |
 //! | [`encoder`] | counters that wrap → counts → angles |
 //! | [`estimator`] | angles → velocities and accelerations, four ways |
+//! | [`gear`] | the gear between motor and joint |
 //! | [`torque`] | N·m ↔ per mille of the rated torque |
 //! | [`bus_time`] | worst-case bus time of a cycle |
 //! | [`drive`] | CiA 402 drives on CANopen: objects, wire, states, and their master |
@@ -61,6 +63,7 @@ pub mod estimator;
 #[cfg(feature = "std")]
 pub mod finding;
 pub mod frame;
+pub mod gear;
 pub mod link;
 #[cfg(feature = "std")]
 pub mod monotonic;

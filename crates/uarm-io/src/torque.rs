@@ -1,6 +1,7 @@
 //! From joint torques to the per mille of rated torque that a drive takes, and back.
 
 use crate::encoder::Direction;
+use crate::gear::Transmission;
 
 /// The unit in which a drive counts its rated torque 6076h: mN·m as CiA 402 says, or µN·m as some makers have it.
 ///
@@ -133,17 +134,25 @@ pub enum Saturation {
 }
 
 /// The scale between a joint's torque and its drive's per mille.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueScale {
-    /// The motor's rated torque at the joint: 1000 per mille.
+    /// The motor's rated torque: 1000 per mille.
     pub rated_torque: RatedTorque,
     /// Which way a positive torque of the drive turns the joint.
     pub direction: Direction,
     /// The most that is sent, in both directions.
     pub ceiling: TorqueCeiling,
+    /// The gear between motor and joint.
+    pub transmission: Transmission,
 }
 
 impl TorqueScale {
+    /// One per mille at the joint, N·m. A gear's efficiency is that of a motor that drives its joint; while the joint drives
+    /// the motor, more torque acts than was asked for.
+    pub fn per_mille(&self) -> f64 {
+        self.rated_torque.per_mille() * self.transmission.torque_factor()
+    }
+
     /// The target for `torque` N·m at the joint: rounded to the nearest per mille, halves away from zero, and cut at
     /// the ceiling, which is reported.
     ///
@@ -155,7 +164,7 @@ impl TorqueScale {
         if !torque.is_finite() {
             return Err(TorqueError::NotFinite { torque });
         }
-        let asked = nalgebra::ComplexField::round(self.direction.apply(torque) / self.rated_torque.per_mille());
+        let asked = nalgebra::ComplexField::round(self.direction.apply(torque) / self.per_mille());
         let ceiling = f64::from(self.ceiling.0);
         let sent = asked.clamp(-ceiling, ceiling);
         let saturation = if asked.abs() > ceiling { Saturation::Cut } else { Saturation::Within };
@@ -164,7 +173,7 @@ impl TorqueScale {
 
     /// The joint's torque at `per_mille`, N·m.
     pub fn to_joint(&self, per_mille: i16) -> f64 {
-        self.direction.apply(f64::from(per_mille)) * self.rated_torque.per_mille()
+        self.direction.apply(f64::from(per_mille)) * self.per_mille()
     }
 }
 
@@ -181,7 +190,7 @@ mod tests {
 
     fn scale(millinewton_metres: u32, direction: Direction) -> TorqueScale {
         let rated_torque = RatedTorque::from_millinewton_metres(millinewton_metres).unwrap();
-        TorqueScale { rated_torque, direction, ceiling: TorqueCeiling::RATED }
+        TorqueScale { rated_torque, direction, ceiling: TorqueCeiling::RATED, transmission: Transmission::DIRECT }
     }
 
     #[test]
@@ -208,6 +217,23 @@ mod tests {
         assert_eq!([-1, 0, 1].map(|per_mille| scale.to_joint(per_mille)), [-0.002, 0.0, 0.002]);
         let sent = [-0.0011, -0.0009, 0.0, 0.0009, 0.0011].map(|torque| scale.to_drive(torque).unwrap().per_mille);
         assert_eq!(sent, [-1, 0, 0, 0, 1]);
+    }
+
+    /// Half of what a motor of 200 mN·m gives through 50 to 1 at 80 %: 4 N·m.
+    #[test]
+    fn a_gear_scales_the_torque() {
+        let ratio = crate::gear::GearRatio::new(50, 1).unwrap();
+        let transmission = Transmission::new(ratio, 0.8).unwrap();
+        let scale = TorqueScale { transmission, ..scale(200, Direction::Positive) };
+        assert_eq!(scale.to_drive(4.0).unwrap().per_mille, 500);
+        assert!((scale.to_joint(500) - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_rated_torque_can_count_micronewton_metres() {
+        let rated = RatedTorque::new(12_340, TorqueUnit::MicronewtonMetre).unwrap();
+        assert!((rated.newton_metres() - 0.012_34).abs() < 1e-15);
+        assert_eq!(rated.object_value(), 12_340);
     }
 
     #[test]

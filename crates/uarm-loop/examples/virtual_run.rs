@@ -2,6 +2,7 @@
 
 use hinf_control::{BuildContext, ControllerSettings, Law, QuinticReference};
 use uarm_io::bus_time::{BitRate, BusTime};
+use uarm_io::drive::wishes::DriveConfiguration;
 use uarm_io::drive::{DriveNetwork, NodeId};
 use uarm_io::encoder::{CounterWidth, CountsPerRevolution, Direction, EncoderConfiguration, JumpLimit};
 use uarm_io::estimator::EstimatorConfiguration;
@@ -36,9 +37,11 @@ const RATED_TORQUE: u32 = 200;
 const FASTEST: f64 = 6.0;
 
 fn joint(name: &str, node: u8, torque_limit: f64) -> Result<Joint, Failure> {
+    let node = NodeId::new(node).map_err(|_| "a node id, 1 to 127")?;
+    let rated_torque = RatedTorque::from_millinewton_metres(RATED_TORQUE)?;
     Ok(Joint {
         name: name.to_owned(),
-        node: NodeId::new(node).map_err(|_| "a node id, 1 to 127")?,
+        node,
         encoder: EncoderConfiguration {
             counts_per_revolution: CountsPerRevolution::new(COUNTS_PER_REVOLUTION)?,
             counter_width: CounterWidth::new(COUNTER_BITS)?,
@@ -48,11 +51,12 @@ fn joint(name: &str, node: u8, torque_limit: f64) -> Result<Joint, Failure> {
         },
         estimator: EstimatorConfiguration::LowPass { cutoff: 27.8 }.build()?,
         torque_scale: TorqueScale {
-            rated_torque: RatedTorque::from_millinewton_metres(RATED_TORQUE)?,
+            rated_torque,
             direction: Direction::Positive,
             ceiling: TorqueCeiling::RATED,
+            transmission: Default::default(),
         },
-        writes: Vec::new(),
+        drive: DriveConfiguration::new(node, COUNTS_PER_REVOLUTION, rated_torque),
         torque_limit,
         torque_rate_limit: 100.0,
         limits: JointLimits { position: [-60.0, 60.0], velocity: FASTEST },
@@ -74,7 +78,9 @@ fn robot() -> Result<Robot<JOINTS, ACTIVE>, Failure> {
             controller_timeout: Duration::from_millis(50),
             drive_heartbeat: Duration::from_millis(50),
             drive_timeout: Duration::from_millis(200),
-            sdo_timeout: Duration::from_millis(500),
+            timeouts: Default::default(),
+            sync_counter: Default::default(),
+            emergency_reaction: Default::default(),
         },
     })
 }

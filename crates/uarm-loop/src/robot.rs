@@ -5,7 +5,9 @@
 use hinf_control::{QuinticReference, TorqueLimitError, TorqueLimiter, TorqueLimits};
 use nalgebra::SVector;
 use uarm_io::bus_time::{BitRate, BusTime};
-use uarm_io::drive::{Address, NodeId, Value};
+use uarm_io::drive::NodeId;
+use uarm_io::drive::network::{EmergencyReaction, Timeouts};
+use uarm_io::drive::wishes::{DriveConfiguration, SyncCounterChoice};
 use uarm_io::encoder::EncoderConfiguration;
 use uarm_io::estimator::AnyEstimator;
 use uarm_io::time::Duration;
@@ -45,8 +47,8 @@ pub struct Joint {
     pub estimator: AnyEstimator<f64>,
     /// From N·m to the drive's per mille of rated torque.
     pub torque_scale: TorqueScale,
-    /// Objects written at start beyond those that every drive gets.
-    pub writes: Vec<(Address, Value)>,
+    /// What the master wants of its drive.
+    pub drive: DriveConfiguration,
     /// Largest torque either way, N·m; zero for the passive joint.
     pub torque_limit: f64,
     /// Largest change of torque, N·m/s; above zero, but for the passive joint.
@@ -81,8 +83,12 @@ pub struct Bus {
     pub drive_heartbeat: Duration,
     /// After how long a silent drive ends the run.
     pub drive_timeout: Duration,
-    /// How long the answer to one SDO request may take.
-    pub sdo_timeout: Duration,
+    /// How long the steps of start and stop may take.
+    pub timeouts: Timeouts,
+    /// Whether the SYNC is to carry a counter.
+    pub sync_counter: SyncCounterChoice,
+    /// What an emergency of a drive does in the cycle.
+    pub emergency_reaction: EmergencyReaction,
 }
 
 impl<const N: usize> Task<N> {

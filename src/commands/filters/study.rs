@@ -8,6 +8,7 @@
 
 use uarm_io::encoder::CountsPerRevolution;
 use uarm_io::estimator::EstimatorConfiguration;
+use uarm_io::gear::GearRatio;
 
 use super::motion::{Jitter, Motion, Recording};
 use super::tuning;
@@ -101,7 +102,7 @@ fn compare(counts: CountsPerRevolution) -> Result<Vec<Row>, StudyError> {
                 variant,
                 configuration,
                 setting,
-                counts_per_revolution: counts.get(),
+                counts_per_revolution: counts.of_motor(GearRatio::DIRECT).unwrap_or_default(),
                 jitter,
                 rms_error: plain.rms_error(&velocities, 0.0),
                 delay,

@@ -102,6 +102,7 @@ impl<const N: usize> EmulatedDrive<N> {
         let rated = rated.and_then(|rated| u32::try_from(rated).ok()).unwrap_or(self.parameters.rated_torque());
         let applied = self.parameters.direction().apply(i32::from(self.torque_per_mille().applied));
         f64::from(applied) * f64::from(rated) / self.parameters.torque_divisor()
+            * self.parameters.transmission().torque_factor()
     }
 
     /// Boots: boot-up message, then *Pre-operational* and *Switch on disabled*.
@@ -138,7 +139,8 @@ impl<const N: usize> EmulatedDrive<N> {
     /// Takes the joint's angle, rad, into 6064h.
     pub(crate) fn latch_position(&mut self, angle: f64) {
         if !self.faults.encoder_stuck {
-            let counts = self.parameters.encoder().counts(angle).wrapping_add(self.faults.encoder_offset);
+            let motor = angle * self.parameters.transmission().ratio().factor();
+            let counts = self.parameters.encoder().counts(motor).wrapping_add(self.faults.encoder_offset);
             self.set_number(od::POSITION_ACTUAL.address(), counts.into());
         }
     }

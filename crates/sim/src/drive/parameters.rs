@@ -5,6 +5,8 @@ use core::time::Duration;
 use super::encoder::{Encoder, EncoderDescription, EncoderError};
 use uarm_io::drive::NodeId;
 use uarm_io::encoder::Direction;
+use uarm_io::gear::Transmission;
+use uarm_io::torque::TorqueUnit;
 
 /// An emulated drive, as plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,16 +40,6 @@ pub struct PowerUp {
     pub fault: Option<u16>,
 }
 
-/// The unit of 6076h.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum RatedTorqueUnit {
-    /// As CiA 402 says.
-    #[default]
-    MillinewtonMetre,
-    /// As some makers have it.
-    MicronewtonMetre,
-}
-
 /// Why a drive is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DriveError {
@@ -76,7 +68,7 @@ pub enum DriveError {
 }
 
 /// An emulated drive's parameters, checked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveParameters {
     node: NodeId,
     rated_torque: u32,
@@ -84,7 +76,8 @@ pub struct DriveParameters {
     maximum_torque: u16,
     encoder: Encoder,
     power_up: PowerUp,
-    unit: RatedTorqueUnit,
+    unit: TorqueUnit,
+    transmission: Transmission,
 }
 
 impl DriveParameters {
@@ -107,8 +100,8 @@ impl DriveParameters {
             return Err(DriveError::Zero { node: raw, name: "rated_current" });
         }
         let encoder = Encoder::new(encoder, direction).map_err(|error| DriveError::Encoder { node: raw, error })?;
-        let (power_up, unit) = Default::default();
-        Ok(Self { node, rated_torque, rated_current, maximum_torque, encoder, power_up, unit })
+        let (power_up, unit, transmission) = Default::default();
+        Ok(Self { node, rated_torque, rated_current, maximum_torque, encoder, power_up, unit, transmission })
     }
 
     /// The same drive, starting so.
@@ -119,7 +112,7 @@ impl DriveParameters {
 
     /// The same drive, counting its rated torque in another unit.
     #[must_use]
-    pub const fn with_rated_torque_unit(self, unit: RatedTorqueUnit) -> Self {
+    pub const fn with_rated_torque_unit(self, unit: TorqueUnit) -> Self {
         Self { unit, ..self }
     }
 
@@ -131,9 +124,20 @@ impl DriveParameters {
     /// Per mille of 6076h in a N·m.
     pub(super) const fn torque_divisor(&self) -> f64 {
         match self.unit {
-            RatedTorqueUnit::MillinewtonMetre => 1e6,
-            RatedTorqueUnit::MicronewtonMetre => 1e9,
+            TorqueUnit::MillinewtonMetre => 1e6,
+            TorqueUnit::MicronewtonMetre => 1e9,
         }
+    }
+
+    /// The same drive with a gear between its motor, on which the encoder is, and the joint.
+    #[must_use]
+    pub const fn behind(self, transmission: Transmission) -> Self {
+        Self { transmission, ..self }
+    }
+
+    /// The gear between motor and joint.
+    pub const fn transmission(&self) -> Transmission {
+        self.transmission
     }
 
     /// Node on the bus.

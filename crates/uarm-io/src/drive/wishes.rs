@@ -121,6 +121,15 @@ impl TorqueApplies {
             Self::AtSync => 1,
         }
     }
+
+    /// When an RPDO of a transmission type acts (CiA 301): 0 … 240 at the SYNC, 254 and 255 on reception.
+    pub const fn of_transmission_type(transmission: u8) -> Option<Self> {
+        match transmission {
+            0..=240 => Some(Self::AtSync),
+            254 | 255 => Some(Self::OnReception),
+            _ => None,
+        }
+    }
 }
 
 /// One PDO of the drive that the cycle uses.
@@ -222,6 +231,8 @@ pub struct DriveConfiguration {
     pub torque_ceiling: TorqueCeiling,
     /// When the torque acts.
     pub torque_applies: TorqueApplies,
+    /// Another transmission type for it than [`TorqueApplies::transmission_type`], with the same meaning.
+    pub command_transmission: Option<u8>,
     /// Its PDOs.
     pub pdos: Pdos,
     /// What makes it brake when the master is gone.
@@ -244,6 +255,7 @@ impl DriveConfiguration {
             torque_reference: TorqueReference::default(),
             torque_ceiling: TorqueCeiling::RATED,
             torque_applies: TorqueApplies::default(),
+            command_transmission: None,
             pdos: Pdos::predefined(node),
             watchdog: Watchdog::default(),
             abort_option: AbortOption::default(),

@@ -28,6 +28,47 @@ fn ranges_are_checked() {
     assert!(JumpLimit::new(0.0, 0).is_err());
 }
 
+/// A motor of 4096 counts behind a gear of 100 to 3 makes 409600 counts in three revolutions of the joint, which is
+/// 136533 and a third in one.
+#[test]
+fn a_gear_makes_a_ratio_of_counts() {
+    let gear = GearRatio::new(100, 3).unwrap();
+    let counts = CountsPerRevolution::behind(4096, gear).unwrap();
+    assert_eq!(counts.ratio(), (409_600, 3));
+    assert_eq!(counts.of_motor(gear), Some(4096));
+    assert!((counts.per_revolution() - 136_533.333_333_333_33).abs() < 1e-9);
+    assert_eq!(CountsPerRevolution::behind(4096, GearRatio::DIRECT), CountsPerRevolution::new(4096));
+    assert!(CountsPerRevolution::behind(1 << 30, GearRatio::new(100, 1).unwrap()).is_err());
+    assert!(CountsPerRevolution::behind(3, gear).is_err());
+}
+
+/// The sums are made in whole numbers: counts, and revolutions as counts over counts per revolution.
+#[test]
+fn nothing_is_lost_over_many_revolutions_behind_a_gear() {
+    let (motor_counts, motor, joint) = (5000_i128, 157_i128, 13_i128);
+    let gear = GearRatio::new(157, 13).unwrap();
+    for (bits, step) in [(16_u8, 12_345_i64), (16, -20_011), (32, 1_000_003)] {
+        let counts = CountsPerRevolution::behind(5000, gear).unwrap();
+        let fast = JumpLimit::new(1e9, u32::try_from(step.abs()).unwrap()).unwrap();
+        let mut encoder = Encoder::new(EncoderConfiguration {
+            counts_per_revolution: counts,
+            jump_limit: fast,
+            ..configuration(8000, bits, Direction::Positive, 0)
+        });
+        let mut exact = 0_i64;
+        encoder.update(0, Duration::ZERO).unwrap();
+        for _ in 0..100_000 {
+            exact += step;
+            assert_eq!(encoder.update(shown(exact, bits, 0), Duration::from_nanos(1)), Ok(exact));
+        }
+        // Revolutions of the joint: count · 13 / (5000 · 157), the whole ones apart, so that no digit is lost.
+        let (over, under) = (i128::from(exact) * joint, motor_counts * motor);
+        let (whole, rest) = (over.div_euclid(under), over.rem_euclid(under));
+        let angle = core::f64::consts::TAU * (whole as f64 + rest as f64 / under as f64);
+        assert!((encoder.angle().unwrap() - angle).abs() <= 4.0 * f64::EPSILON * angle.abs(), "{bits} bits, {step}");
+    }
+}
+
 #[test]
 fn a_jump_names_its_counts_and_leaves_the_encoder_as_it_was() {
     // 10 rad/s over 3 ms are 38.2 of 8000 counts per revolution; with the margin of 4 that makes 42.
@@ -156,8 +197,8 @@ proptest! {
     #[test]
     fn angles_are_multiples_of_the_resolution(angle in -50.0_f64..50.0, counts in 2_000_u32..70_000) {
         let counts = CountsPerRevolution::new(counts).unwrap();
-        let step = core::f64::consts::TAU / f64::from(counts.get());
-        let encoder = Encoder::new(configuration(counts.get(), 32, Direction::Positive, 0));
+        let step = core::f64::consts::TAU / counts.per_revolution();
+        let encoder = Encoder::new(configuration(counts.of_motor(GearRatio::DIRECT).unwrap(), 32, Direction::Positive, 0));
         prop_assert_eq!(encoder.angle_of(counts.count_at(angle)), (angle / step + 0.5).floor() * step);
     }
 

@@ -18,6 +18,7 @@ use uarm_log::uarm_loop::settings::Settings;
 use uarm_log::uarm_loop::timing::CycleInstants;
 use uarm_log::uarm_loop::uarm_io::bus_time::{BitRate, BusTime};
 use uarm_log::uarm_loop::uarm_io::drive::NodeId;
+use uarm_log::uarm_loop::uarm_io::drive::wishes::DriveConfiguration;
 use uarm_log::uarm_loop::uarm_io::encoder::{
     CounterWidth, CountsPerRevolution, Direction, EncoderConfiguration, JumpLimit,
 };
@@ -66,8 +67,13 @@ pub fn robot() -> Robot<3, 2> {
             rated_torque: RatedTorque::from_millinewton_metres(200).unwrap(),
             direction: Direction::Positive,
             ceiling: TorqueCeiling::RATED,
+            transmission: Default::default(),
         },
-        writes: Vec::new(),
+        drive: DriveConfiguration::new(
+            NodeId::new(node).unwrap(),
+            36_000,
+            RatedTorque::from_millinewton_metres(200).unwrap(),
+        ),
         torque_limit: 0.2,
         torque_rate_limit: 1_000.0,
         limits: JointLimits { position: [-1.0, 1.0], velocity: 1_000.0 },
@@ -91,7 +97,9 @@ pub fn robot() -> Robot<3, 2> {
             controller_timeout: milliseconds(100),
             drive_heartbeat: milliseconds(50),
             drive_timeout: milliseconds(200),
-            sdo_timeout: milliseconds(200),
+            timeouts: Default::default(),
+            sync_counter: Default::default(),
+            emergency_reaction: Default::default(),
         },
     }
 }

@@ -132,5 +132,6 @@ pub fn scale(millinewton_metres: u32) -> TorqueScale {
         rated_torque: RatedTorque::from_millinewton_metres(millinewton_metres).unwrap(),
         direction: Direction::Positive,
         ceiling: TorqueCeiling::RATED,
+        transmission: Default::default(),
     }
 }

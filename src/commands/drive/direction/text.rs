@@ -58,7 +58,7 @@ impl Finding {
             let [found, said] = [found, encoder.direction].map(word);
             self.disagreements.push(format!("direction is \"{found}\", the robot file says \"{said}\""));
         }
-        let expected = f64::from(encoder.counts_per_revolution.get());
+        let expected = encoder.counts_per_revolution.per_revolution();
         if let Some(seen) = self.counts_per_revolution_seen
             && (seen - expected).abs() > TURN_TOLERANCE * expected
         {

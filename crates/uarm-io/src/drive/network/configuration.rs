@@ -39,7 +39,10 @@ impl Default for Timeouts {
 }
 
 /// What an emergency message of a drive does in the cycle.
+///
+/// With the feature `serde` it is the text `"stop"` or `"record"`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum EmergencyReaction {
     /// It is an error, unless it says that an error is over.
     #[default]

@@ -38,7 +38,7 @@ pub fn counts(turns: f32, resolution: CountsPerRevolution) -> Result<i32, TurnsE
     if !turns.is_finite() {
         return Err(TurnsError::NotFinite { turns });
     }
-    let counts_per_turn = f64::from(resolution.get());
+    let counts_per_turn = resolution.per_revolution();
     let distance = turns.abs();
     let next = f32::from_bits(distance.to_bits().saturating_add(1));
     let step = (f64::from(next) - f64::from(distance)) * counts_per_turn;

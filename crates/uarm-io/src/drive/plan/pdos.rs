@@ -22,7 +22,8 @@ impl Planner<'_> {
     pub(super) fn command(&mut self) -> Finding {
         let channel = self.drive.pdos.command;
         let mapping = wire::RPDO1_MAPPING.map(MappingEntry::to_u32);
-        let transmission = self.drive.torque_applies.transmission_type();
+        let predefined = self.drive.torque_applies.transmission_type();
+        let transmission = self.drive.command_transmission.unwrap_or(predefined);
         self.pdo(&Wish {
             question: Question::Command,
             kind: PdoKind::Receive,
