@@ -5,6 +5,7 @@
 //! | [`cli`] | the command line: which subcommands there are |
 //! | [`commands`] | a file or folder per subcommand |
 //! | [`robot`] | robot files: read, checked, turned into types |
+//! | [`drives`] | which master drives the robot: CANopen or ODrive |
 //! | [`simulated_robot`], [`simulation`] | a plant behind emulated drives; a run on it in virtual time |
 //! | [`report`], [`inspection`], [`figures`] | what runs and logs tell: for people, in terminals, as figures |
 //! | [`log_files`], [`signals`], [`options`] | where logs go; signals that end a run; choices on command lines |
@@ -20,6 +21,7 @@ pub mod bus_observation;
 pub mod cli;
 pub mod commands;
 pub mod dimensions;
+pub mod drives;
 pub mod error_text;
 pub mod exit;
 pub mod figures;

@@ -5,13 +5,17 @@ use std::time::Duration;
 use anyhow::Context;
 use hinf_control::Disturbance;
 use nalgebra::Vector3;
+use uarm_io::drive::odrive::Positions;
+use uarm_io::frame::Frame;
+use uarm_io::time::Instant;
 use uarm_sim::drive::{DriveDescription, DriveParameters, EncoderDescription};
+use uarm_sim::odrive::{AxisDescription, AxisParameters, EmulatedOdrives};
 use uarm_sim::{
-    Brake, DemPlant, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep, Pacing, Plant, UarmPlant,
-    UarmPlantParameters,
+    Brake, DemPlant, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep, Outbox, Pacing, Plant,
+    RobotOnBus, UarmPlant, UarmPlantParameters,
 };
 
-use uarm_loop::robot::Joint;
+use uarm_loop::robot::{Bus, Joint, Protocol};
 
 use crate::robot::Robot;
 
@@ -143,7 +147,96 @@ impl Plant for SimulatedPlant {
     }
 }
 
-/// Puts emulated drives, as the robot file describes them, on a plant.
+/// A simulated robot with the drives that its file names.
+#[derive(Debug)]
+pub enum SimulatedRobot<P> {
+    /// CiA 402 drives on CANopen.
+    Canopen(Box<EmulatedRobot<P>>),
+    /// ODrive axes.
+    Odrive(Box<EmulatedOdrives<P>>),
+}
+
+/// Puts emulated drives, as the robot file describes them and of the protocol that it names, on a plant.
+///
+/// # Errors
+/// If the robot file describes drives that cannot be emulated.
+pub fn simulated<P: Plant + Clone>(robot: &Robot, plant: P, pacing: Pacing) -> anyhow::Result<SimulatedRobot<P>> {
+    Ok(match robot.description.bus.protocol {
+        Protocol::Canopen => SimulatedRobot::Canopen(Box::new(emulate(robot, plant, pacing)?)),
+        Protocol::Odrive(positions) => {
+            let [first, second, third] = &robot.description.joints;
+            let axis = |index, joint| axis(&robot.description.bus, positions, index, joint);
+            let axes = [axis(0, first)?, axis(1, second)?, axis(2, third)?];
+            SimulatedRobot::Odrive(Box::new(EmulatedOdrives::new(plant, axes, pacing)?))
+        }
+    })
+}
+
+impl<P: Plant + Clone> RobotOnBus for SimulatedRobot<P> {
+    fn power_on(&mut self, now: Instant, outbox: &mut Outbox) {
+        match self {
+            Self::Canopen(robot) => robot.power_on(now, outbox),
+            Self::Odrive(robot) => robot.power_on(now, outbox),
+        }
+    }
+
+    fn next_deadline(&self) -> Option<Instant> {
+        match self {
+            Self::Canopen(robot) => robot.next_deadline(),
+            Self::Odrive(robot) => robot.next_deadline(),
+        }
+    }
+
+    fn on_time(&mut self, now: Instant, outbox: &mut Outbox) {
+        match self {
+            Self::Canopen(robot) => robot.on_time(now, outbox),
+            Self::Odrive(robot) => robot.on_time(now, outbox),
+        }
+    }
+
+    fn on_frame(&mut self, frame: &Frame, now: Instant, outbox: &mut Outbox) {
+        match self {
+            Self::Canopen(robot) => robot.on_frame(frame, now, outbox),
+            Self::Odrive(robot) => robot.on_frame(frame, now, outbox),
+        }
+    }
+}
+
+/// How far the clocks of the emulated ODrive axes are off, parts per million: what crystals are within. Chosen.
+const CLOCK_ERRORS_PPM: [i32; 3] = [20, -35, 50];
+/// When each sends its first position by itself. Chosen, so that they are not together.
+const FIRST_POSITIONS: [Duration; 3] =
+    [Duration::from_micros(300), Duration::from_micros(1_100), Duration::from_micros(1_900)];
+
+fn axis(bus: &Bus, positions: Positions, index: usize, joint: &Joint) -> anyhow::Result<AxisParameters> {
+    let scale = &joint.torque_scale;
+    AxisParameters::new(AxisDescription {
+        node: joint.node.raw(),
+        maximum_torque: f64::from(scale.ceiling.per_mille()) * scale.rated_torque.per_mille(),
+        direction: joint.encoder.direction,
+        encoder: encoder(joint)?,
+        heartbeat: bus.drive_heartbeat,
+        encoder_period: match positions {
+            Positions::OnRequest => Duration::ZERO,
+            Positions::Cyclic { every } => every,
+        },
+        encoder_phase: FIRST_POSITIONS[index],
+        watchdog: bus.controller_timeout,
+        clock_error_ppm: CLOCK_ERRORS_PPM[index],
+    })
+    .with_context(|| joint.name.clone())
+}
+
+fn encoder(joint: &Joint) -> anyhow::Result<EncoderDescription> {
+    let motor = joint.encoder.counts_per_revolution.of_motor(joint.torque_scale.transmission.ratio());
+    Ok(EncoderDescription {
+        counts_per_revolution: motor.context("counts per revolution of the motor")?,
+        counter_bits: joint.encoder.counter_width.get(),
+        zero_offset: joint.encoder.zero,
+    })
+}
+
+/// Puts emulated CiA 402 drives, as the robot file describes them, on a plant.
 ///
 /// # Errors
 /// If the robot file describes drives that cannot be emulated.
@@ -162,15 +255,7 @@ fn drive(joint: &Joint) -> anyhow::Result<DriveParameters> {
         rated_current: RATED_CURRENT_MILLIAMPERES,
         maximum_torque: u16::try_from(joint.torque_scale.ceiling.per_mille())?,
         direction: joint.encoder.direction,
-        encoder: EncoderDescription {
-            counts_per_revolution: joint
-                .encoder
-                .counts_per_revolution
-                .of_motor(joint.torque_scale.transmission.ratio())
-                .context("counts per revolution of the motor")?,
-            counter_bits: joint.encoder.counter_width.get(),
-            zero_offset: joint.encoder.zero,
-        },
+        encoder: encoder(joint)?,
     })
     .with_context(|| joint.name.clone())
     .map(|drive| {

@@ -1,17 +1,17 @@
 //! A run on a simulated robot in virtual time: what `uarm run --virtual-time` does, in this process, without a log.
 
 use anyhow::Context;
-use uarm_io::drive::DriveNetwork;
 use uarm_loop::control_loop::LoopEnd;
 use uarm_loop::record::Recorder;
-use uarm_loop::run::{Observer, run};
+use uarm_loop::run::Observer;
 use uarm_loop::settings::Settings;
 use uarm_loop::stop_request::StopRequest;
 use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 
 use crate::dimensions::{ACTIVE, JOINTS, Outcome, Progress};
+use crate::drives::run_on;
 use crate::robot::Robot;
-use crate::simulated_robot::{SimulatedPlant, emulate};
+use crate::simulated_robot::{SimulatedPlant, simulated};
 
 /// How a simulated run ended.
 #[derive(Debug)]
@@ -33,16 +33,15 @@ pub fn simulate<R: Recorder<JOINTS, ACTIVE>>(
     recorder: R,
 ) -> anyhow::Result<(SimulatedEnd, R)> {
     let mut clock = VirtualClock::new();
-    let link = InProcessLink::new(emulate(robot, plant, Pacing::WallClock)?, clock.clone());
-    let drives = DriveNetwork::new(link, robot.description.network_configuration()?);
+    let link = InProcessLink::new(simulated(robot, plant, Pacing::WallClock)?, clock.clone());
     let mut controller = robot.controller(settings.law, settings.guard)?;
     let (progress, stop) = (Progress::default(), StopRequest::default());
     let observer = Observer { progress: &progress, stop: &stop };
-    let finished = run(&robot.description, settings, &mut controller, drives, &mut clock, recorder, observer)?;
+    let finished = run_on(&robot.description, settings, &mut controller, link, &mut clock, recorder, observer)?;
     let end = match finished.end {
         Ok(LoopEnd::Completed) => SimulatedEnd::Completed(Box::new(finished.outcome)),
         Ok(LoopEnd::Interrupted) => SimulatedEnd::Failed(anyhow::anyhow!("interrupted")),
-        Err(error) => SimulatedEnd::Failed(error.into()),
+        Err(failure) => SimulatedEnd::Failed(failure.cause),
     };
     Ok((end, finished.recorder))
 }

@@ -9,7 +9,7 @@ use uarm_io::link::{Link, LinkError, LinkErrorKind};
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::socketcan_link::{Reception, SocketCanLink};
 use uarm_io::time::Clock;
-use uarm_sim::{EmulatedRobot, Outbox, Pacing};
+use uarm_sim::{Outbox, Pacing, RobotOnBus};
 
 use hinf_control::Disturbance;
 use uarm_loop::stop_request::StopRequest;
@@ -18,7 +18,7 @@ use crate::options::choice;
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::signals;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
+use crate::simulated_robot::{PlantChoice, SimulatedPlant, simulated};
 
 /// How long the robot waits for a frame before it looks whether it shall end.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
@@ -76,7 +76,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         PacingChoice::WallClock => Pacing::WallClock,
     };
     let plant = SimulatedPlant::new(&robot, arguments.plant, arguments.disturbance)?;
-    let emulated = emulate(&robot, plant, pacing)?;
+    let emulated = simulated(&robot, plant, pacing)?;
     let name = arguments.can.parse().with_context(|| format!("--can {}", arguments.can))?;
     let link = SocketCanLink::open(name, Reception::Everything)?;
     let stop = signals::stop_request().context("signal handlers")?;
@@ -92,7 +92,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
 }
 
 /// Answers frames and lets time pass, until `stop` is made.
-fn serve(mut robot: EmulatedRobot<SimulatedPlant>, mut link: SocketCanLink, stop: &StopRequest) -> anyhow::Result<()> {
+fn serve(mut robot: impl RobotOnBus, mut link: SocketCanLink, stop: &StopRequest) -> anyhow::Result<()> {
     let clock = MonotonicClock;
     let mut outbox = Outbox::new();
     robot.power_on(clock.now(), &mut outbox);

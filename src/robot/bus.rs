@@ -5,7 +5,7 @@ use uarm_io::drive::network::Timeouts;
 use uarm_io::drive::pdo_objects::PdoKind;
 use uarm_io::time::Duration;
 use uarm_loop::period::Period;
-use uarm_loop::robot::{Bus, Joint};
+use uarm_loop::robot::{Bus, Joint, Protocol};
 
 use super::error::{Checker, RobotError};
 use super::file;
@@ -17,6 +17,7 @@ const BITRATES: [u32; 8] = [1_000_000, 800_000, 500_000, 250_000, 125_000, 50_00
 pub(super) fn check(
     bus: &file::Bus,
     joints: &[Joint; JOINTS],
+    protocol: Protocol,
     period: Period,
     check: &Checker<'_>,
 ) -> Result<Bus, RobotError> {
@@ -25,8 +26,12 @@ pub(super) fn check(
     }
     let bit_rate = BitRate::new(bus.bitrate_hz)
         .map_err(|error| check.refuse("bus.bitrate_hz", bus.bitrate_hz, error.to_string()))?;
-    let time = BusTime::of_cycle_with(JOINTS, &other_frames(joints), bit_rate, period.duration())
-        .map_err(|error| check.refuse("control.period_us", period.duration().as_micros(), error.to_string()))?;
+    let time = match protocol {
+        Protocol::Canopen => BusTime::of_cycle_with(JOINTS, &other_frames(joints), bit_rate, period.duration()),
+        Protocol::Odrive(positions) => BusTime::of_odrive_cycle(JOINTS, positions, bit_rate, period.duration()),
+    };
+    let time =
+        time.map_err(|error| check.refuse("control.period_us", period.duration().as_micros(), error.to_string()))?;
     let milliseconds = |field: &str, value: u16, least: Duration, why: &str| {
         let duration = Duration::from_millis(value.into());
         if duration >= least {
@@ -75,6 +80,7 @@ pub(super) fn check(
         ..otherwise
     };
     Ok(Bus {
+        protocol,
         bit_rate,
         time,
         controller_heartbeat,

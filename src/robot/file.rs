@@ -94,6 +94,10 @@ pub enum Estimator {
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Bus {
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub protocol: Protocol,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub odrive: Option<Odrive>,
     pub bitrate_hz: u32,
     pub controller_heartbeat_ms: u16,
     pub controller_timeout_ms: u16,
@@ -106,6 +110,24 @@ pub struct Bus {
     pub power_timeout_ms: Option<u16>,
     pub sync_counter: Option<SyncCounterChoice>,
     pub emergency: Option<EmergencyReaction>,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Protocol {
+    #[default]
+    Canopen,
+    Odrive,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+pub struct Odrive {
+    pub encoder_msg_rate_ms: u16,
+}
+
+/// What is as it is by default is not written.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -11,6 +11,7 @@
 //! | `joint` | encoders, gears, torque scales and limits |
 //! | `drive` | what the master wants of a drive |
 //! | `bus` | the bus and its time budget |
+//! | `protocol` | what the drives speak |
 //! | [`control`] | period, estimator, and the controllers' weights |
 
 mod bus;
@@ -22,6 +23,7 @@ pub mod file;
 pub mod fuzzy_sets;
 mod joint;
 pub mod overrides;
+mod protocol;
 mod task;
 
 use std::path::Path;
@@ -124,7 +126,7 @@ impl Robot {
         let joints = joint::check(&file, &check)?;
         let model = model(&file.model, &check)?;
         control::check(&file, model, &check)?;
-        let bus = bus::check(&file.bus, &joints, period, &check)?;
+        let bus = bus::check(&file.bus, &joints, protocol::check(&file, &check)?, period, &check)?;
         Ok(Self {
             source: text.to_owned(),
             description: LoopRobot {

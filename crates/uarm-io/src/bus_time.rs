@@ -1,5 +1,7 @@
 //! How long a cycle's frames occupy the bus at worst, and whether they fit.
 
+use crate::drive::odrive::Positions;
+use crate::drive::odrive::wire::{EncoderEstimates, Heartbeat, TORQUE_LENGTH};
 use crate::drive::wire::{DriveCommand, DriveFeedback};
 use core::time::Duration;
 
@@ -123,15 +125,50 @@ impl BusTime {
         bit_rate: BitRate,
         period: Duration,
     ) -> Result<Self, BusTimeError> {
-        if period.is_zero() {
-            return Err(BusTimeError::ZeroPeriod);
-        }
         let count = u32::try_from(joints).unwrap_or(u32::MAX);
         let pdos = worst_case_frame_bits(DriveFeedback::LENGTH) + worst_case_frame_bits(DriveCommand::LENGTH);
         let others = others.iter().fold(0_u32, |bits, bytes| bits.saturating_add(worst_case_frame_bits(*bytes)));
         let cyclic_bits =
             worst_case_frame_bits(ONE_BYTE).saturating_add(pdos.saturating_mul(count)).saturating_add(others);
         let heartbeat_bits = worst_case_frame_bits(ONE_BYTE).saturating_mul(count.saturating_add(1));
+        Self::new(joints, cyclic_bits, heartbeat_bits, bit_rate, period)
+    }
+
+    /// The bus time of `joints` ODrive axes at `bit_rate`, in cycles of `period`: a request and a position of each axis, or as
+    /// many positions as it sends by itself, and a torque.
+    ///
+    /// # Errors
+    /// As [`BusTime::of_cycle`].
+    pub fn of_odrive_cycle(
+        joints: usize,
+        positions: Positions,
+        bit_rate: BitRate,
+        period: Duration,
+    ) -> Result<Self, BusTimeError> {
+        let count = u32::try_from(joints).unwrap_or(u32::MAX);
+        let estimate = worst_case_frame_bits(EncoderEstimates::LENGTH);
+        let feedback = match positions {
+            Positions::OnRequest => estimate.saturating_add(worst_case_frame_bits(0)),
+            Positions::Cyclic { every } => {
+                let messages = period.as_nanos().div_ceil(every.as_nanos().max(1));
+                estimate.saturating_mul(u32::try_from(messages).unwrap_or(u32::MAX))
+            }
+        };
+        let cyclic_bits = feedback.saturating_add(worst_case_frame_bits(TORQUE_LENGTH)).saturating_mul(count);
+        let heartbeat_bits = worst_case_frame_bits(Heartbeat::LENGTH).saturating_mul(count);
+        Self::new(joints, cyclic_bits, heartbeat_bits, bit_rate, period)
+    }
+
+    fn new(
+        joints: usize,
+        cyclic_bits: u32,
+        heartbeat_bits: u32,
+        bit_rate: BitRate,
+        period: Duration,
+    ) -> Result<Self, BusTimeError> {
+        if period.is_zero() {
+            return Err(BusTimeError::ZeroPeriod);
+        }
         let cyclic = bit_rate.time_of(cyclic_bits);
         let worst = bit_rate.time_of(cyclic_bits.saturating_add(heartbeat_bits));
         if worst > period {
@@ -182,6 +219,25 @@ mod tests {
         assert!(BusTime::of_cycle(usize::MAX, BitRate::FASTEST, Duration::from_secs(1)).is_err());
         assert_eq!(BitRate::new(2_000_000), Err(BusTimeError::BitRate { bits_per_second: 2_000_000 }));
         assert_eq!(BusTime::of_cycle(3, slow, Duration::ZERO), Err(BusTimeError::ZeroPeriod));
+    }
+
+    /// By hand: frames of 0, 8 and 4 bytes have 55, 135 and 95 bits.
+    #[test]
+    fn three_odrive_axes_take_a_request_a_position_and_a_torque_each() {
+        let of =
+            |positions| BusTime::of_odrive_cycle(3, positions, BitRate::FASTEST, Duration::from_millis(3)).unwrap();
+        let asked = of(Positions::OnRequest);
+        assert_eq!(asked.cyclic, Duration::from_micros(3 * (55 + 135 + 95)));
+        assert_eq!(asked.worst - asked.cyclic, Duration::from_micros(3 * 135));
+        let every_millisecond = of(Positions::Cyclic { every: Duration::from_millis(1) });
+        assert_eq!(every_millisecond.cyclic, Duration::from_micros(3 * (3 * 135 + 95)));
+        let slower = of(Positions::Cyclic { every: Duration::from_millis(10) });
+        assert_eq!(slower.cyclic, Duration::from_micros(3 * (135 + 95)));
+        let slow = BitRate::new(250_000).unwrap();
+        let refused = BusTime::of_odrive_cycle(3, Positions::OnRequest, slow, Duration::from_millis(3)).unwrap_err();
+        assert!(matches!(refused, BusTimeError::DoesNotFit { joints: 3, .. }));
+        let never = BusTime::of_odrive_cycle(3, Positions::OnRequest, slow, Duration::ZERO);
+        assert_eq!(never, Err(BusTimeError::ZeroPeriod));
     }
 
     #[test]

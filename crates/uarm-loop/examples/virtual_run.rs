@@ -12,7 +12,7 @@ use uarm_loop::guard::JointLimits;
 use uarm_loop::period::Period;
 use uarm_loop::progress::Progress;
 use uarm_loop::record::NoRecorder;
-use uarm_loop::robot::{Bus, Joint, Robot, Task};
+use uarm_loop::robot::{Bus, Joint, Protocol, Robot, Task};
 use uarm_loop::run::{Observer, run};
 use uarm_loop::settings::Settings;
 use uarm_loop::stop_request::StopRequest;
@@ -72,6 +72,7 @@ fn robot() -> Result<Robot<JOINTS, ACTIVE>, Failure> {
         period: Period::new(PERIOD).ok_or("a period of 0.1 to 100 ms")?,
         tracking_error_limit: 0.5,
         bus: Bus {
+            protocol: Protocol::Canopen,
             bit_rate,
             time: BusTime::of_cycle(JOINTS, bit_rate, PERIOD)?,
             controller_heartbeat: Duration::from_millis(10),

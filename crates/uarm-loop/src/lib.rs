@@ -49,7 +49,7 @@
 //! | [`recording`] | from the loop to files: lock-free queues and a writer thread |
 //! | [`timing`], [`statistics`], [`outcome`] | latencies and their verdict; peaks; what came of a run |
 //! | [`stability`] | is the loop stable with its period, estimators and delay? |
-//! | [`robot`], [`network`] | the robot as types; what the CANopen master must know of it |
+//! | [`robot`], [`network`], [`odrive`] | the robot as types; what the CANopen or ODrive master must know of it |
 //! | [`settings`], [`mod@choice`], [`dimensions`] | what a run does; choices by name; how joints are counted |
 //! | [`progress`], [`stop_request`] | how others look at a running loop, and end it |
 #![forbid(unsafe_code)]
@@ -70,6 +70,7 @@ pub mod guard;
 pub mod keyframe;
 pub mod motion;
 pub mod network;
+pub mod odrive;
 pub mod outcome;
 pub mod period;
 pub mod progress;

@@ -7,6 +7,7 @@ use nalgebra::SVector;
 use uarm_io::bus_time::{BitRate, BusTime};
 use uarm_io::drive::NodeId;
 use uarm_io::drive::network::{EmergencyReaction, Timeouts};
+use uarm_io::drive::odrive::Positions;
 use uarm_io::drive::wishes::{DriveConfiguration, SyncCounterChoice};
 use uarm_io::encoder::EncoderConfiguration;
 use uarm_io::estimator::AnyEstimator;
@@ -68,9 +69,21 @@ pub struct Task<const N: usize> {
     pub start_tolerance: f64,
 }
 
+/// What the drives speak.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Protocol {
+    /// CANopen, CiA 402.
+    #[default]
+    Canopen,
+    /// ODrive CANSimple, with positions that come so.
+    Odrive(Positions),
+}
+
 /// The bus, and who must be heard on it how often.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bus {
+    /// What the drives speak.
+    pub protocol: Protocol,
     /// The bit rate, bit/s.
     pub bit_rate: BitRate,
     /// How much of each period the bus is busy.

@@ -3,27 +3,25 @@
 use anyhow::Context;
 use hinf_control::Disturbance;
 use uarm_io::drive::network::{Confirmation, DriveStop, LastDefence, StopReport};
-use uarm_io::drive::{DriveNetwork, RobotDrives};
 use uarm_io::link::{Link, ObservedLink};
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::socketcan_link::{Reception, SocketCanLink};
 use uarm_io::time::Clock;
-use uarm_loop::control_loop::{LoopEnd, LoopFault};
-use uarm_loop::guard::{LimitViolation, Quantity};
+use uarm_loop::control_loop::LoopEnd;
 use uarm_loop::record::{NoRecorder, Recorder};
-use uarm_loop::run::{Observer, RunError, run};
+use uarm_loop::run::Observer;
 use uarm_loop::settings::Settings;
-use uarm_loop::signal_path::SignalFault;
 use uarm_loop::torque::DisturbanceSite;
-use uarm_sim::{EmulatedRobot, InProcessLink, Pacing, VirtualClock};
+use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 
 use super::place::Place;
 use super::realtime::Realtime;
 use super::recording::{LogHandle, LoopSide};
 use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
+use crate::drives::{Failure, receive_identifiers, run_on};
 use crate::error_text::with_causes;
 use crate::robot::Robot;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
+use crate::simulated_robot::{PlantChoice, SimulatedPlant, SimulatedRobot, simulated};
 
 /// All that a run needs on its own thread.
 pub struct LoopThread<'a> {
@@ -85,13 +83,13 @@ impl LoopThread<'_> {
         &self,
         plant: PlantChoice,
         clock: C,
-    ) -> anyhow::Result<InProcessLink<EmulatedRobot<SimulatedPlant>, C>> {
+    ) -> anyhow::Result<InProcessLink<SimulatedRobot<SimulatedPlant>, C>> {
         let disturbance = match self.settings.disturbance_site {
             DisturbanceSite::Plant => self.settings.disturbance,
             DisturbanceSite::Command => Disturbance::None,
         };
         let plant = SimulatedPlant::new(self.robot, plant, disturbance)?;
-        Ok(InProcessLink::new(emulate(self.robot, plant, Pacing::WallClock)?, clock))
+        Ok(InProcessLink::new(simulated(self.robot, plant, Pacing::WallClock)?, clock))
     }
 
     fn on<L: Link, C: Clock>(self, link: L, clock: C) -> anyhow::Result<Finished>
@@ -102,60 +100,37 @@ impl LoopThread<'_> {
         match loop_side {
             Some(LoopSide { cycles, frames }) => {
                 let link = ObservedLink::new(link, |direction, frame: &_, at| frames.record(direction, frame, at));
-                finish(robot, settings, drives(robot, link)?, clock, cycles, observer)
+                finish(robot, settings, link, clock, cycles, observer)
             }
-            None => finish(robot, settings, drives(robot, link)?, clock, NoRecorder, observer),
+            None => finish(robot, settings, link, clock, NoRecorder, observer),
         }
     }
 }
 
-/// The CANopen master of the robot's drives.
-fn drives<L: Link>(robot: &Robot, link: L) -> anyhow::Result<DriveNetwork<L, JOINTS>> {
-    Ok(DriveNetwork::new(link, robot.description.network_configuration()?))
-}
-
-fn finish<D: RobotDrives<JOINTS>, C: Clock>(
+fn finish<L: Link, C: Clock>(
     robot: &Robot,
     settings: &Settings,
-    drives: D,
+    link: L,
     mut clock: C,
     recorder: impl Recorder<JOINTS, ACTIVE>,
     observer: Observer<'_, ACTIVE>,
 ) -> anyhow::Result<Finished>
 where
-    D::StartError: Send + Sync + 'static,
-    D::CycleError: Send + Sync + 'static,
+    L::Error: Send + Sync + 'static,
 {
     let mut controller = robot.controller(settings.law, settings.guard)?;
-    let finished = run(&robot.description, settings, &mut controller, drives, &mut clock, recorder, observer)?;
-    let end = finished.end.map_err(|error| {
-        let hint = hint(&error);
-        let error = anyhow::Error::new(error);
-        match hint {
-            Some(hint) => anyhow::anyhow!("{} ({hint})", with_causes(&error)),
-            None => error,
-        }
+    let ended = run_on(&robot.description, settings, &mut controller, link, &mut clock, recorder, observer)?;
+    let end = ended.end.map_err(|Failure { cause, hint }| match hint {
+        Some(hint) => anyhow::anyhow!("{} ({hint})", with_causes(&cause)),
+        None => cause,
     });
-    Ok(Finished { end, outcome: finished.outcome, stop: describe(&finished.stop) })
-}
-
-/// Which option of the command line would have helped.
-fn hint<S, C>(error: &RunError<S, C>) -> Option<&'static str> {
-    match error {
-        RunError::Loop(LoopFault::Signals(SignalFault::Limit(LimitViolation {
-            quantity: Quantity::StartError,
-            ..
-        }))) => Some("--approach 5s would go there first"),
-        RunError::Loop(LoopFault::Overrun(_)) => Some("--overrun skip would go on"),
-        RunError::Approach(_) => Some("--approach says how long it may take"),
-        _ => None,
-    }
+    Ok(Finished { end, outcome: ended.outcome, stop: describe(&ended.stop) })
 }
 
 /// A link to the drives of `robot` on `interface`. The kernel passes on only frames that they send.
 fn can_link(robot: &LoopRobot, interface: &str) -> anyhow::Result<SocketCanLink> {
     let name = interface.parse().with_context(|| format!("--can {interface}"))?;
-    let identifiers: Vec<_> = robot.network_configuration()?.receive_identifiers().collect();
+    let identifiers = receive_identifiers(robot)?;
     Ok(SocketCanLink::open(name, Reception::Exactly(&identifiers))?)
 }
 

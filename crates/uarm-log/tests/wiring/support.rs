@@ -11,7 +11,7 @@ use uarm_log::uarm_loop::keyframe::Keyframe;
 use uarm_log::uarm_loop::nalgebra::Vector2;
 use uarm_log::uarm_loop::period::Period;
 use uarm_log::uarm_loop::record::CycleRecord;
-use uarm_log::uarm_loop::robot::{Bus, Joint, Robot, Task};
+use uarm_log::uarm_loop::robot::{Bus, Joint, Protocol, Robot, Task};
 use uarm_log::uarm_loop::run::signal_path;
 use uarm_log::uarm_loop::schedule::Tick;
 use uarm_log::uarm_loop::settings::Settings;
@@ -91,6 +91,7 @@ pub fn robot() -> Robot<3, 2> {
         period,
         tracking_error_limit: 1.0,
         bus: Bus {
+            protocol: Protocol::Canopen,
             bit_rate: BitRate::FASTEST,
             time: BusTime::of_cycle(3, BitRate::FASTEST, period.duration()).unwrap(),
             controller_heartbeat: milliseconds(20),

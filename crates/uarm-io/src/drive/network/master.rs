@@ -73,7 +73,7 @@ pub enum LastDefence {
     None,
     /// The master's heartbeat: 1016h, and 6007h or what the robot file says in its place.
     Heartbeat,
-    /// The timeout of its commands: 1400h:05.
+    /// The timeout of its commands: 1400h:05, or an ODrive axis's watchdog that was seen to act.
     RpdoTimeout,
 }
 

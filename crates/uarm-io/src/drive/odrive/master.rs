@@ -3,7 +3,7 @@
 use super::configuration::OdriveConfiguration;
 use super::wire::{self, AxisNode, AxisState, EncoderEstimates, Heartbeat, Message};
 use crate::drive::cia402::{PowerState, Statusword};
-use crate::drive::network::{NetworkHealth, NodeHealth};
+use crate::drive::network::{LastDefence, NetworkHealth, NodeHealth};
 use crate::frame::Frame;
 use crate::link::{Link, Received};
 use crate::time::{Duration, Instant};
@@ -31,6 +31,8 @@ pub(super) struct Axis {
     /// The deadline for the answer to a request has passed without it.
     pub(super) missed: bool,
     pub(super) heartbeat: Heartbeat,
+    /// [`LastDefence::RpdoTimeout`] once its watchdog was seen to disarm it.
+    pub(super) last_defence: LastDefence,
     pub(super) health: NodeHealth,
 }
 
@@ -52,6 +54,7 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
             fresh: false,
             missed: false,
             heartbeat: Heartbeat::default(),
+            last_defence: LastDefence::None,
             health: NodeHealth { node: axis.node.raw(), ..NodeHealth::default() },
         });
         let (sync_at, next_feed) = (Instant::default(), Instant::default());

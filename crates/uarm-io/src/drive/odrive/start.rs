@@ -6,6 +6,7 @@ use super::error::OdriveStartError;
 use super::master::{Axis, OdriveNetwork};
 use super::turns;
 use super::wire::{self, AxisState, ControllerMode, Heartbeat};
+use crate::drive::network::LastDefence;
 use crate::frame::Frame;
 use crate::link::Link;
 use crate::time::{Clock, Instant};
@@ -42,6 +43,7 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
     fn hear<C: Clock>(&mut self, clock: &C) -> Outcome<(), L> {
         for axis in &mut self.axes {
             axis.health.last_heartbeat_at = None;
+            axis.last_defence = LastDefence::None;
         }
         let waited = self.configuration.times.presence;
         let silent = |axis: &&Axis| axis.health.last_heartbeat_at.is_none();
@@ -119,6 +121,9 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
                 && axis.heartbeat.state != AxisState::CLOSED_LOOP_CONTROL
         };
         self.wait(clock, clock.now() + waited, Feeding::Off, |axes| axes.iter().all(expired))?;
+        for axis in self.axes.iter_mut().filter(|axis| expired(axis)) {
+            axis.last_defence = LastDefence::RpdoTimeout;
+        }
         if let Some(axis) = self.axes.iter().find(|axis| !expired(axis)) {
             return Err(OdriveStartError::NoWatchdog { axis: axis.node, found: axis.heartbeat, waited });
         }

@@ -35,13 +35,12 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
                 (false, true) => Confirmation::Unconfirmed,
                 (false, false) => Confirmation::NotSent,
             };
-            // The axis' own watchdog cannot be read back by these messages: nothing is said of it.
             *drive = DriveStop {
                 node: axis.node.raw(),
                 quick_stop: power_off,
                 power_off,
                 nmt_stop: power_off,
-                ..DriveStop::default()
+                last_defence: axis.last_defence,
             };
         }
         StopReport { drives }

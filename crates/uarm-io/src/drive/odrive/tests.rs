@@ -7,7 +7,7 @@ use super::{
 };
 use crate::drive::RobotDrives;
 use crate::drive::cia402::{PowerState, Statusword};
-use crate::drive::network::Confirmation;
+use crate::drive::network::{Confirmation, LastDefence};
 use crate::encoder::CountsPerRevolution;
 use crate::frame::Frame;
 use crate::link::{Link, Received};
@@ -419,4 +419,17 @@ fn a_silent_axis_is_not_confirmed() {
     let report = network.stop(&clock);
     let confirmed = report.drives.map(|drive| drive.power_off);
     assert_eq!(confirmed, [Confirmation::Confirmed, Confirmation::Confirmed, Confirmation::Unconfirmed]);
+    assert!(
+        report.drives.iter().all(|drive| drive.last_defence == LastDefence::RpdoTimeout),
+        "seen to act at the start"
+    );
+}
+
+#[test]
+fn a_watchdog_is_told_of_only_after_it_was_seen_to_act() {
+    let (mut network, clock) = network(|axes| axes[1].has_watchdog = false);
+    assert_eq!(network.stop(&clock).drives.map(|drive| drive.last_defence), [LastDefence::None; 3], "never started");
+    assert!(network.start(&clock).is_err());
+    let seen = network.stop(&clock).drives.map(|drive| drive.last_defence);
+    assert_eq!(seen, [LastDefence::RpdoTimeout, LastDefence::None, LastDefence::RpdoTimeout]);
 }

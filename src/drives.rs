@@ -1,0 +1,161 @@
+//! Which master drives the robot: the one place where the protocols part.
+
+use hinf_control::Controller;
+use uarm_io::drive::network::StopReport;
+use uarm_io::drive::{DriveNetwork, OdriveNetwork};
+use uarm_io::embedded_can::StandardId;
+use uarm_io::link::Link;
+use uarm_io::time::Clock;
+use uarm_loop::control_loop::{LoopEnd, LoopFault};
+use uarm_loop::guard::{LimitViolation, Quantity};
+use uarm_loop::record::Recorder;
+use uarm_loop::robot::Protocol;
+use uarm_loop::run::{Finished, Observer, RunError, run};
+use uarm_loop::settings::Settings;
+use uarm_loop::signal_path::SignalFault;
+
+use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
+
+/// How a run ended, and what came of it until then, whatever drives it had.
+#[derive(Debug)]
+pub struct Ended<R> {
+    /// The end, or the first cause of an early one.
+    pub end: Result<LoopEnd, Failure>,
+    /// What came of the run.
+    pub outcome: Outcome,
+    /// What the drives said when they were stopped.
+    pub stop: StopReport<JOINTS>,
+    /// The recorder that the run was given.
+    pub recorder: R,
+}
+
+/// Why a run did not end as planned.
+#[derive(Debug)]
+pub struct Failure {
+    /// The first cause.
+    pub cause: anyhow::Error,
+    /// Which option of the command line would have helped.
+    pub hint: Option<&'static str>,
+}
+
+/// Makes a run on the drives of `robot` at the other end of `link`, whatever protocol they speak.
+///
+/// # Errors
+/// If the run cannot be prepared; nothing was sent then.
+pub fn run_on<L: Link, C: Clock, R: Recorder<JOINTS, ACTIVE>>(
+    robot: &LoopRobot,
+    settings: &Settings,
+    controller: &mut dyn Controller<f64, ACTIVE>,
+    link: L,
+    clock: &mut C,
+    recorder: R,
+    observer: Observer<'_, ACTIVE>,
+) -> anyhow::Result<Ended<R>>
+where
+    L::Error: Send + Sync + 'static,
+{
+    match robot.bus.protocol {
+        Protocol::Canopen => {
+            let drives = DriveNetwork::new(link, robot.network_configuration()?);
+            Ok(ended(run(robot, settings, controller, drives, clock, recorder, observer)?))
+        }
+        Protocol::Odrive(positions) => {
+            let drives = OdriveNetwork::new(link, robot.odrive_configuration(positions)?);
+            Ok(ended(run(robot, settings, controller, drives, clock, recorder, observer)?))
+        }
+    }
+}
+
+/// The identifiers that the drives of `robot` send.
+///
+/// # Errors
+/// If the drives cannot be described to their master.
+pub fn receive_identifiers(robot: &LoopRobot) -> anyhow::Result<Vec<StandardId>> {
+    Ok(match robot.bus.protocol {
+        Protocol::Canopen => robot.network_configuration()?.receive_identifiers().collect(),
+        Protocol::Odrive(positions) => robot.odrive_configuration(positions)?.receive_identifiers().collect(),
+    })
+}
+
+fn ended<S, C, R>(finished: Finished<S, C, R, JOINTS, ACTIVE>) -> Ended<R>
+where
+    S: std::error::Error + Send + Sync + 'static,
+    C: std::error::Error + Send + Sync + 'static,
+{
+    let Finished { end, outcome, stop, recorder } = finished;
+    let end = end.map_err(|error| Failure { hint: hint(&error), cause: anyhow::Error::new(error) });
+    Ended { end, outcome, stop, recorder }
+}
+
+fn hint<S, C>(error: &RunError<S, C>) -> Option<&'static str> {
+    match error {
+        RunError::Loop(LoopFault::Signals(SignalFault::Limit(LimitViolation {
+            quantity: Quantity::StartError,
+            ..
+        }))) => Some("--approach 5s would go there first"),
+        RunError::Loop(LoopFault::Overrun(_)) => Some("--overrun skip would go on"),
+        RunError::Approach(_) => Some("--approach says how long it may take"),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use uarm_io::drive::odrive::Positions;
+    use uarm_io::time::Duration;
+
+    use super::*;
+    use crate::robot::Robot;
+    use crate::robot::overrides::Overrides;
+
+    fn odrive(changes: &[(&str, &str)]) -> LoopRobot {
+        let mut text = include_str!("../robots/uarm-odrive.toml").to_owned();
+        for (from, to) in changes {
+            assert!(text.contains(from), "{from}");
+            text = text.replace(from, to);
+        }
+        Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).unwrap().description
+    }
+
+    #[test]
+    fn the_master_is_told_what_the_robot_file_says_of_the_axes() {
+        let robot = odrive(&[
+            ("node = 2", "node = 12"),
+            ("controller_heartbeat_ms = 10", "controller_heartbeat_ms = 11"),
+            ("controller_timeout_ms = 50", "controller_timeout_ms = 60"),
+            ("drive_heartbeat_ms = 50", "drive_heartbeat_ms = 70"),
+            ("drive_timeout_ms = 200", "drive_timeout_ms = 180"),
+        ]);
+        let configuration = robot.odrive_configuration(Positions::OnRequest).unwrap();
+        assert_eq!(configuration.axes.map(|axis| axis.node.raw()), [1, 12, 3]);
+        assert_eq!(configuration.axes.map(|axis| axis.counts_per_turn.per_revolution()), [33_739.0; 3]);
+        assert_eq!(configuration.axes.map(|axis| axis.rated_torque.newton_metres()), [0.2; 3]);
+        let times = configuration.times;
+        let told = [times.feed, times.watchdog, times.heartbeat, times.heartbeat_timeout];
+        assert_eq!(told, [11, 60, 70, 180].map(Duration::from_millis));
+        assert_eq!(configuration.positions, Positions::OnRequest);
+    }
+
+    /// Node times 32 plus 01h and 09h; for CANopen 80h, 180h, 580h and 700h plus the node.
+    #[test]
+    fn the_kernel_lets_through_what_the_drives_of_the_protocol_send() {
+        let of = |robot: &LoopRobot| {
+            let mut raw: Vec<_> = receive_identifiers(robot).unwrap().iter().map(|id| id.as_raw()).collect();
+            raw.sort_unstable();
+            raw
+        };
+        assert_eq!(of(&odrive(&[])), [0x21, 0x29, 0x41, 0x49, 0x61, 0x69]);
+        let canopen = of(&Robot::load(None).unwrap().description);
+        assert!([0x081, 0x182, 0x583, 0x701].iter().all(|id| canopen.contains(id)), "{canopen:03X?}");
+    }
+
+    #[test]
+    fn a_node_that_no_axis_can_have_is_an_error_of_the_joint() {
+        let mut robot = odrive(&[]);
+        robot.joints[1].node = uarm_io::drive::NodeId::new(63).unwrap();
+        let error = robot.odrive_configuration(Positions::OnRequest).unwrap_err();
+        assert_eq!(error.to_string(), "joint 2: node 63, expected 1 to 62 for an ODrive axis");
+    }
+}
