@@ -12,7 +12,6 @@ use uarm_loop::record::Recorder;
 use uarm_loop::robot::Protocol;
 use uarm_loop::run::{Finished, Observer, RunError, run};
 use uarm_loop::settings::Settings;
-use uarm_loop::signal_path::SignalFault;
 
 use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
 
@@ -89,10 +88,12 @@ where
 
 fn hint<S, C>(error: &RunError<S, C>) -> Option<&'static str> {
     match error {
-        RunError::Loop(LoopFault::Signals(SignalFault::Limit(LimitViolation {
-            quantity: Quantity::StartError,
-            ..
-        }))) => Some("--approach 5s would go there first"),
+        RunError::Forbidden(LimitViolation { quantity: Quantity::StartError, .. }) => {
+            Some("--approach 5s would go there first")
+        }
+        RunError::Forbidden(LimitViolation { quantity: Quantity::ApproachVelocity, .. }) => {
+            Some("--approach says how long it may take")
+        }
         RunError::Loop(LoopFault::Overrun(_)) => Some("--overrun skip would go on"),
         RunError::Approach(_) => Some("--approach says how long it may take"),
         _ => None,

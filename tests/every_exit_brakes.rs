@@ -1,6 +1,7 @@
 //! However a run ends, it ends with torque 0, quick stop, power off and NMT stop on the wire, and every brake closed.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -16,7 +17,7 @@ use uarm_io::drive::DriveNetwork;
 use uarm_io::drive::network::{CycleError, StartError};
 use uarm_io::drive::wire::Channel;
 use uarm_io::frame::Frame;
-use uarm_io::link::{Link, Received};
+use uarm_io::link::{Link, ObservedLink, Received};
 use uarm_io::time::Instant;
 use uarm_loop::control_loop::LoopEnd;
 use uarm_loop::record::{NoRecorder, Recorder};
@@ -226,12 +227,19 @@ fn when_the_joints_do_not_stand_at_the_start_nothing_moves() {
     robot.description.joints[2].encoder.zero += 469;
     let plant = Robot::load(None).unwrap();
     let mut clock = VirtualClock::default();
-    let on_plant = link(&plant, Disturbance::None, &clock);
+    let enabled = AtomicBool::new(false);
+    let on_plant = ObservedLink::new(link(&plant, Disturbance::None, &clock), |_, frame: &Frame, _| {
+        // The controlword's bit 3 is *enable operation*, with which brakes open.
+        if matches!(Channel::of(frame.id()), Some(Channel::Rpdo1(_))) && frame.data()[0] & 0b1000 != 0 {
+            enabled.store(true, Ordering::Relaxed);
+        }
+    });
     let stop = StopRequest::default();
     let finished = run_on(&robot, &settings(), on_plant, &mut clock, NoRecorder, &stop);
     let error = finished.end.unwrap_err().to_string();
     assert!(error.contains("joint 3") && error.contains("distance from the start"), "{error}");
     assert_eq!(finished.outcome.peak_torque, [0.0; 2]);
+    assert!(!enabled.load(Ordering::Relaxed), "the brakes stay closed");
 
     // With an approach the same robot goes there first, and then does its task.
     let mut clock = VirtualClock::default();

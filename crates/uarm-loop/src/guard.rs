@@ -6,6 +6,7 @@ use hinf_control::Reference;
 
 use crate::dimensions;
 use crate::estimation::Estimate;
+use crate::motion::Motion;
 
 /// What one joint may do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +39,8 @@ pub enum Quantity {
     TrackingError,
     /// The distance from the reference in the first cycle.
     StartError,
+    /// The largest velocity of the approach.
+    ApproachVelocity,
 }
 
 impl fmt::Display for Quantity {
@@ -47,7 +50,17 @@ impl fmt::Display for Quantity {
             Self::Velocity => "velocity",
             Self::TrackingError => "tracking error",
             Self::StartError => "distance from the start of the motion",
+            Self::ApproachVelocity => "largest velocity of the approach",
         })
+    }
+}
+
+impl Quantity {
+    const fn per_second(self) -> &'static str {
+        match self {
+            Self::Velocity | Self::ApproachVelocity => "/s",
+            Self::Position | Self::TrackingError | Self::StartError => "",
+        }
     }
 }
 
@@ -56,7 +69,7 @@ impl fmt::Display for Quantity {
 #[error(
     "joint {joint} at {time:.3} s: {quantity} is {:.2} deg{unit}, expected {:.2} to {:.2} deg{unit}",
     .found.to_degrees(), .allowed[0].to_degrees(), .allowed[1].to_degrees(),
-    unit = if *.quantity == Quantity::Velocity { "/s" } else { "" }
+    unit = .quantity.per_second()
 )]
 pub struct LimitViolation {
     /// The joint, counted from 1.
@@ -71,7 +84,36 @@ pub struct LimitViolation {
     pub allowed: [f64; 2],
 }
 
+/// The largest velocity of a quintic from rest to rest, times its duration over its travel (paper eq. 47 at half time).
+const PEAK_OF_QUINTIC: f64 = 15.0 / 8.0;
+
 impl<const J: usize> Guard<J> {
+    /// Checks a motion that begins with the joints at rest at `angles`, rad, before brakes open: where they stand, how far that
+    /// is from the motion's start, and how fast the approach is. The task itself is checked with the robot file.
+    ///
+    /// # Errors
+    /// [`LimitViolation`] for the first limit that is, or would be, passed.
+    pub fn check_start<const N: usize>(&self, angles: &[f64; J], motion: &Motion<N>) -> Result<(), LimitViolation> {
+        let time = motion.start();
+        for (index, (angle, limits)) in angles.iter().zip(&self.joints).enumerate() {
+            within(index + 1, time, Quantity::Position, *angle, limits.position)?;
+        }
+        let error = dimensions::active::<J, N>(angles) - motion.at(time).position;
+        for (index, error) in error.iter().enumerate() {
+            let allowed = [-self.start_tolerance, self.start_tolerance];
+            within(dimensions::number_of_active(index), time, Quantity::StartError, *error, allowed)?;
+        }
+        let Some(approach) = motion.approach() else { return Ok(()) };
+        let travel = approach.end() - approach.start();
+        for (index, travel) in travel.iter().enumerate() {
+            let joint = dimensions::number_of_active(index);
+            let peak = PEAK_OF_QUINTIC * travel / approach.duration();
+            let allowed = self.joints.get(joint - 1).map_or(0.0, |limits| limits.velocity);
+            within(joint, time, Quantity::ApproachVelocity, peak, [-allowed, allowed])?;
+        }
+        Ok(())
+    }
+
     /// Checks the cycle at task time `time` that comes `elapsed` ticks after its predecessor, 0 if it is the first.
     ///
     /// # Errors
@@ -83,18 +125,9 @@ impl<const J: usize> Guard<J> {
         estimate: &Estimate<J>,
         reference: &Reference<f64, N>,
     ) -> Result<(), LimitViolation> {
-        let within = |joint, quantity, found: f64, allowed: [f64; 2]| {
-            let [least, most] = allowed;
-            // Written so that NaN is outside.
-            if found >= least && found <= most {
-                Ok(())
-            } else {
-                Err(LimitViolation { joint, time, quantity, found, allowed })
-            }
-        };
         for (index, (joint, limits)) in estimate.joints.iter().zip(&self.joints).enumerate() {
-            within(index + 1, Quantity::Position, joint.position, limits.position)?;
-            within(index + 1, Quantity::Velocity, joint.velocity, [-limits.velocity, limits.velocity])?;
+            within(index + 1, time, Quantity::Position, joint.position, limits.position)?;
+            within(index + 1, time, Quantity::Velocity, joint.velocity, [-limits.velocity, limits.velocity])?;
         }
         let (quantity, allowed) = match elapsed {
             0 => (Quantity::StartError, self.start_tolerance),
@@ -102,8 +135,14 @@ impl<const J: usize> Guard<J> {
         };
         let error = dimensions::active::<J, N>(&estimate.position()) - reference.position;
         for (index, error) in error.iter().enumerate() {
-            within(dimensions::number_of_active(index), quantity, *error, [-allowed, allowed])?;
+            within(dimensions::number_of_active(index), time, quantity, *error, [-allowed, allowed])?;
         }
         Ok(())
     }
+}
+
+fn within(joint: usize, time: f64, quantity: Quantity, found: f64, allowed: [f64; 2]) -> Result<(), LimitViolation> {
+    let [least, most] = allowed;
+    // Written so that NaN is outside.
+    if found >= least && found <= most { Ok(()) } else { Err(LimitViolation { joint, time, quantity, found, allowed }) }
 }

@@ -12,6 +12,7 @@ use uarm_io::time::{Clock, Duration};
 use crate::control_loop::{ControlLoop, LoopEnd, LoopFault};
 use crate::dimensions;
 use crate::estimation::{Estimation, EstimationError};
+use crate::guard::LimitViolation;
 use crate::motion::Motion;
 use crate::outcome::{Indices, Outcome};
 use crate::progress::Progress;
@@ -56,6 +57,9 @@ pub enum RunError<S, C> {
     /// There is no way from where the joints are to the start of the task.
     #[error("the approach: {0}")]
     Approach(#[from] ReferenceError),
+    /// The motion from where the joints are would pass a limit; the brakes stayed closed.
+    #[error(transparent)]
+    Forbidden(#[from] LimitViolation),
     /// The loop ended with a fault.
     #[error(transparent)]
     Loop(#[from] LoopFault<C>),
@@ -95,8 +99,7 @@ pub fn run<D: RobotDrives<J>, C: Clock, R: Recorder<J, N>, const J: usize, const
     };
     let mut statistics = Statistics::new(recorder);
 
-    let started = drives.start(clock).map_err(RunError::Start);
-    let motion = started.and_then(|positions| motion(robot, settings, positions));
+    let motion = start(robot, settings, &mut drives, clock);
     let mut page_faults = PageFaults::default();
     let end = match motion {
         Ok(motion) => {
@@ -144,21 +147,41 @@ pub fn signal_path<'a, const J: usize, const N: usize>(
     })
 }
 
-/// The motion from where the encoders say that the joints are.
-fn motion<S, C, const J: usize, const N: usize>(
+/// Sets the drives up and, if the motion from where the joints stand is within their limits, opens the brakes.
+fn start<D: RobotDrives<J>, C: Clock, const J: usize, const N: usize>(
     robot: &Robot<J, N>,
     settings: &Settings,
-    counts: [i32; J],
-) -> Result<Motion<N>, RunError<S, C>> {
-    let task = robot.task.motion();
-    let Some(duration) = settings.approach else { return Ok(task) };
+    drives: &mut D,
+    clock: &C,
+) -> Result<Motion<N>, RunError<D::StartError, D::CycleError>> {
+    let counts = drives.configure(clock).map_err(RunError::Start)?;
+    let angles = angles(robot, counts)?;
+    let motion = motion(robot, settings, &angles)?;
+    robot.guard().check_start(&angles, &motion)?;
+    drives.enable(clock).map_err(RunError::Start)?;
+    Ok(motion)
+}
+
+/// Where the encoders say that the joints are, rad.
+fn angles<const J: usize, const N: usize>(robot: &Robot<J, N>, counts: [i32; J]) -> Result<[f64; J], EstimationError> {
     let mut angles = [0.0; J];
     for (((angle, joint), raw), number) in angles.iter_mut().zip(&robot.joints).zip(counts).zip(1..) {
         let mut encoder = Encoder::new(joint.encoder);
         let count = encoder.update(raw, Duration::ZERO).map_err(|source| EstimationError { joint: number, source })?;
         *angle = encoder.angle_of(count);
     }
+    Ok(angles)
+}
+
+/// The motion of a run that begins at `angles`, rad.
+fn motion<const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    settings: &Settings,
+    angles: &[f64; J],
+) -> Result<Motion<N>, ReferenceError> {
+    let task = robot.task.motion();
+    let Some(duration) = settings.approach else { return Ok(task) };
     let start = *robot.task.reference.start();
-    let approach = QuinticReference::new(dimensions::active(&angles), start, duration.as_secs_f64())?;
+    let approach = QuinticReference::new(dimensions::active(angles), start, duration.as_secs_f64())?;
     Ok(task.after(approach))
 }

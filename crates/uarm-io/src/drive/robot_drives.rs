@@ -9,7 +9,7 @@ use core::error::Error;
 
 /// The drives of `JOINTS` joints on one bus.
 ///
-/// [`start`](Self::start) and [`stop`](Self::stop) block, with time limits. In the cycle there are only
+/// [`configure`](Self::configure), [`enable`](Self::enable) and [`stop`](Self::stop) block, with time limits. In the cycle there are only
 /// [`sync`](Self::sync), [`collect`](Self::collect), [`send_torques`](Self::send_torques) and
 /// [`housekeeping`](Self::housekeeping), in this order: they read no clock, allocate nothing, and wait nowhere but in
 /// `collect`, for its deadline. All arrays have joint 1 first.
@@ -19,12 +19,29 @@ pub trait RobotDrives<const JOINTS: usize> {
     /// What goes wrong in a cycle.
     type CycleError: Error;
 
-    /// Brings all drives to where they follow a torque, brakes open, torques zero; blocks. Returns the positions before
-    /// power was on, counts. From here on the caller owes a [`housekeeping`](Self::housekeeping) once per cycle.
+    /// Sets all drives up without power, brakes closed; blocks. Returns where the joints stand, counts: the caller decides by
+    /// them whether the drives may be enabled.
+    ///
+    /// # Errors
+    /// Call [`stop`](Self::stop) then.
+    fn configure<C: Clock>(&mut self, clock: &C) -> Result<[i32; JOINTS], Self::StartError>;
+
+    /// Brings drives that are set up to where they follow a torque, brakes open, torques zero; blocks. From here on the caller
+    /// owes a [`housekeeping`](Self::housekeeping) once per cycle.
     ///
     /// # Errors
     /// Call [`stop`](Self::stop) then, since some drives may be enabled.
-    fn start<C: Clock>(&mut self, clock: &C) -> Result<[i32; JOINTS], Self::StartError>;
+    fn enable<C: Clock>(&mut self, clock: &C) -> Result<(), Self::StartError>;
+
+    /// [`configure`](Self::configure), then [`enable`](Self::enable) wherever the joints stand.
+    ///
+    /// # Errors
+    /// Those of both.
+    fn start<C: Clock>(&mut self, clock: &C) -> Result<[i32; JOINTS], Self::StartError> {
+        let positions = self.configure(clock)?;
+        self.enable(clock)?;
+        Ok(positions)
+    }
 
     /// Begins a cycle at `now`: makes the drives latch their positions, if the protocol can. Returns the instant that
     /// the positions of this cycle belong to.
@@ -70,8 +87,12 @@ where
     type StartError = StartError<L::Error>;
     type CycleError = CycleError<L::Error>;
 
-    fn start<C: Clock>(&mut self, clock: &C) -> Result<[i32; JOINTS], Self::StartError> {
-        Ok(Self::start(self, clock)?.drives.map(|drive| drive.position))
+    fn configure<C: Clock>(&mut self, clock: &C) -> Result<[i32; JOINTS], Self::StartError> {
+        Ok(Self::configure(self, clock)?.drives.map(|drive| drive.position))
+    }
+
+    fn enable<C: Clock>(&mut self, clock: &C) -> Result<(), Self::StartError> {
+        Self::enable(self, clock)
     }
 
     fn sync(&mut self, _now: Instant) -> Result<Instant, Self::CycleError> {

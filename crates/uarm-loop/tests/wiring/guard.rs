@@ -2,7 +2,8 @@
 
 use uarm_loop::estimation::Estimate;
 use uarm_loop::guard::{Guard, JointLimits, LimitViolation, Quantity};
-use uarm_loop::hinf_control::Reference;
+use uarm_loop::hinf_control::{QuinticReference, Reference};
+use uarm_loop::motion::Motion;
 use uarm_loop::nalgebra::Vector2;
 use uarm_loop::uarm_io::estimator;
 
@@ -120,4 +121,35 @@ fn a_violation_reads_in_degrees() {
     let violation = LimitViolation { quantity: Quantity::StartError, ..violation };
     let text = "joint 3 at 0.250 s: distance from the start of the motion is 114.59 deg, expected -57.30 to 57.30 deg";
     assert_eq!(violation.to_string(), text);
+}
+
+/// A task from (0.25, 0.125) rad.
+fn task() -> Motion<2> {
+    Motion::task(QuinticReference::new(Vector2::new(0.25, 0.125), Vector2::new(0.5, 0.25), 2.0).unwrap(), 0.0)
+}
+
+#[test]
+fn a_run_that_would_begin_beyond_a_limit_is_refused_before_brakes_open() {
+    let start = |joint_1: f64, joint_2: f64, joint_3: f64| GUARD.check_start(&[joint_1, joint_2, joint_3], &task());
+    assert_eq!(start(2.0, 0.25 + 0.0625, 0.125 - 0.0625), Ok(()));
+    let violation = start(2.0 + 1e-9, 0.25, 0.125).unwrap_err();
+    assert_eq!((violation.joint, violation.quantity, violation.time), (1, Quantity::Position, 0.0));
+    let violation = start(0.0, 0.25, 0.0625 - 1e-9).unwrap_err();
+    assert_eq!((violation.joint, violation.quantity), (3, Quantity::StartError));
+    assert_eq!(violation.allowed, [-0.0625, 0.0625]);
+}
+
+/// 15/8 of 0.75 rad in 0.25 s are 5.625 rad/s, more than joint 2 may do; in 0.375 s they are 3.75.
+#[test]
+fn an_approach_that_is_too_fast_is_refused_before_brakes_open() {
+    let from = Vector2::new(-0.5, 0.125);
+    let start = |duration: f64| {
+        let motion = task().after(QuinticReference::new(from, Vector2::new(0.25, 0.125), duration).unwrap());
+        GUARD.check_start(&[0.0, from.x, from.y], &motion)
+    };
+    assert_eq!(start(0.375), Ok(()));
+    let (quantity, allowed) = (Quantity::ApproachVelocity, [-4.0, 4.0]);
+    let expected = LimitViolation { joint: 2, time: -0.25, quantity, found: 5.625, allowed };
+    assert_eq!(start(0.25), Err(expected));
+    assert!(expected.to_string().contains("largest velocity of the approach is 322.29 deg/s"), "{expected}");
 }

@@ -56,26 +56,45 @@ impl DriveIdentity {
 }
 
 impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
-    /// Resets, configures and enables all drives; blocks.
-    ///
-    /// NMT reset communication and boot-up; each drive is read, judged by [`crate::drive::plan()`], written where it
-    /// differs, and read again; NMT start; CiA 402 to *Switched on* and mode of operation 6061h; when all are there, to
-    /// *Operation enabled*, where brakes open, and 6061h again. All torques are zero, and no SYNC is sent: the first
-    /// belongs to the loop. From here on the caller owes a [`DriveNetwork::housekeeping`] at least once per master
-    /// heartbeat.
+    /// Sets all drives up and enables them: [`configure`](Self::configure), then [`enable`](Self::enable).
     ///
     /// # Errors
     /// [`StartError`]; call [`DriveNetwork::stop`] then, since some drives may be enabled.
     pub fn start<C: Clock>(&mut self, clock: &C) -> Result<Started<JOINTS>, StartError<L::Error>> {
-        Blocking::new(self, clock).start()
+        let started = self.configure(clock)?;
+        self.enable(clock)?;
+        Ok(started)
+    }
+
+    /// Resets and configures all drives, without power; blocks.
+    ///
+    /// NMT reset communication and boot-up; each drive is read, judged by [`crate::drive::plan()`], written where it
+    /// differs, and read again.
+    ///
+    /// # Errors
+    /// [`StartError`]; call [`DriveNetwork::stop`] then.
+    pub fn configure<C: Clock>(&mut self, clock: &C) -> Result<Started<JOINTS>, StartError<L::Error>> {
+        Blocking::new(self, clock).configure_all()
+    }
+
+    /// Enables drives that are configured; blocks.
+    ///
+    /// NMT start; CiA 402 to *Switched on* and mode of operation 6061h; when all are there, to *Operation enabled*, where
+    /// brakes open, and 6061h again. All torques are zero, and no SYNC is sent: the first belongs to the loop. From here on
+    /// the caller owes a [`DriveNetwork::housekeeping`] at least once per master heartbeat.
+    ///
+    /// # Errors
+    /// [`StartError`]; call [`DriveNetwork::stop`] then, since some drives may be enabled.
+    pub fn enable<C: Clock>(&mut self, clock: &C) -> Result<(), StartError<L::Error>> {
+        Blocking::new(self, clock).enable()
     }
 }
 
 type Outcome<T, L> = Result<T, StartError<<L as Link>::Error>>;
 
 impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
-    /// See [`DriveNetwork::start`].
-    pub(super) fn start(&mut self) -> Outcome<Started<JOINTS>, L> {
+    /// See [`DriveNetwork::configure`].
+    fn configure_all(&mut self) -> Outcome<Started<JOINTS>, L> {
         self.network.drain()?;
         self.boot()?;
         for node in self.nodes() {
@@ -91,14 +110,19 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
             let Some(drive) = self.network.configuration.drives().get(joint).cloned() else { break };
             (*identity, *found) = self.set_up(&drive, &protocol)?;
         }
-        self.operate()?;
-        self.enable()?;
-        self.forget_feedback();
         Ok(Started { drives, findings, sync_payload })
     }
 
-    /// All drives to *Operation enabled*, in the mode that was written, each step by all before the next.
+    /// See [`DriveNetwork::enable`].
     fn enable(&mut self) -> Outcome<(), L> {
+        self.operate()?;
+        self.power_on()?;
+        self.forget_feedback();
+        Ok(())
+    }
+
+    /// All drives to *Operation enabled*, in the mode that was written, each step by all before the next.
+    fn power_on(&mut self) -> Outcome<(), L> {
         for wanted in [PowerState::SwitchedOn, PowerState::OperationEnabled] {
             for node in self.nodes() {
                 self.bring_to(node, wanted)?;

@@ -19,8 +19,12 @@ where
     type StartError = OdriveStartError<L::Error>;
     type CycleError = OdriveCycleError<L::Error>;
 
-    fn start<C: Clock>(&mut self, clock: &C) -> Result<[i32; JOINTS], Self::StartError> {
-        self.start_axes(clock)
+    fn configure<C: Clock>(&mut self, clock: &C) -> Result<[i32; JOINTS], Self::StartError> {
+        self.set_up_axes(clock)
+    }
+
+    fn enable<C: Clock>(&mut self, clock: &C) -> Result<(), Self::StartError> {
+        self.arm_axes(clock)
     }
 
     /// Takes in what has come, and asks each axis for its position if it does not send it by itself. The instant is that of

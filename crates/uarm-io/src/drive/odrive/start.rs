@@ -14,22 +14,24 @@ use crate::time::{Clock, Instant};
 type Outcome<T, L> = Result<T, OdriveStartError<<L as Link>::Error>>;
 
 impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
-    /// Each axis is heard → idle → errors cleared → torque control → position read → armed with torque 0 → left without a
-    /// torque until its watchdog disarms it → errors cleared → armed.
-    ///
-    /// CANSimple cannot tell whether the watchdog is on, so it is tried. The brakes are open meanwhile.
-    pub(super) fn start_axes<C: Clock>(&mut self, clock: &C) -> Outcome<[i32; JOINTS], L> {
+    /// Each axis is heard → idle → errors cleared → torque control → position read.
+    pub(super) fn set_up_axes<C: Clock>(&mut self, clock: &C) -> Outcome<[i32; JOINTS], L> {
         self.drain()?;
         self.hear(clock)?;
         self.tell_all(|node| wire::state_frame(node, AxisState::IDLE))?;
         self.reach(clock, "IDLE", |heartbeat| heartbeat.state == AxisState::IDLE)?;
         self.clear(clock)?;
-        let positions = self.read_positions(clock)?;
+        self.read_positions(clock)
+    }
+
+    /// Each axis is armed with torque 0 → left without a torque until its watchdog disarms it → errors cleared → armed.
+    ///
+    /// CANSimple cannot tell whether the watchdog is on, so it is tried. The brakes are open meanwhile.
+    pub(super) fn arm_axes<C: Clock>(&mut self, clock: &C) -> Outcome<(), L> {
         self.arm(clock)?;
         self.prove_watchdogs(clock)?;
         self.clear(clock)?;
-        self.arm(clock)?;
-        Ok(positions)
+        self.arm(clock)
     }
 
     fn tell_all(&mut self, frame: impl Fn(wire::AxisNode) -> Frame) -> Result<(), L::Error> {
