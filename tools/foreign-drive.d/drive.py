@@ -32,6 +32,7 @@ VALUE_OUT_OF_RANGE = 0x06090030
 NOT_IN_THIS_STATE = 0x08000022
 
 # Emergencies, CiA 301 table 26.
+ERROR_RESET = 0x0000
 HEARTBEAT_LOST = 0x8130
 SYNC_LENGTH = 0x8240
 RPDO_TIMEOUT = 0x8250
@@ -80,12 +81,13 @@ class Seen:
 
 
 class Drive:
-    def __init__(self, bus, node, eds, joint, period):
-        self.id, self.joint, self.seen = node, joint, Seen()
-        self._bus, self._eds, self._period = bus, eds, period
+    def __init__(self, bus, node, eds, joint, period, torque_unit=1e-3):
+        self.id, self.eds, self.joint, self.seen = node, eds, joint, Seen()
+        self._bus, self._period, self._torque_unit = bus, period, torque_unit
         self._port = None
         self._timers = {}
-        self.on_write = lambda: None  # what else happens when an object is about to be written by SDO
+        # What else happens when an object is about to be written by SDO, and at each SYNC.
+        self.on_write = self.on_sync = lambda: None
         self.brake_open = False
         self.state = Power.SWITCH_ON_DISABLED
         self._boot({})
@@ -99,7 +101,7 @@ class Drive:
         self._controlword = 0
         self._watched = None
         self.seen.boots += 1
-        self.objects = Dictionary(self._eds, self.id)
+        self.objects = Dictionary(self.eds, self.id)
         self._port = Port(self._bus, self._tap, self._count)
         pdos = {"rpdos": self.objects.pdos(0x1400), "tpdos": self.objects.pdos(0x1800)}
         self.node = Node(self._port, self.id, self.objects, NodeCapabilities(sdo_servers=1, **pdos))
@@ -262,7 +264,7 @@ class Drive:
         self._controlword = controlword
         if self.state is Power.FAULT:
             if rising & power.FAULT_RESET:
-                self._emergency(0, 0)
+                self._emergency(ERROR_RESET, 0)
                 self._enter(Power.SWITCH_ON_DISABLED)
             return
         stays = self.objects.has(0x605A) and self._value(0x605A) >= 5
@@ -299,7 +301,8 @@ class Drive:
         return max(-limit, min(limit, self._value(0x6071))) if follows else 0
 
     def rated_torque(self):
-        return self._value(0x6076) * 1e-3 if self.objects.has(0x6076) else 0.2
+        """N m, of the motor."""
+        return self._value(0x6076) * self._torque_unit if self.objects.has(0x6076) else 0.2
 
     def counts(self):
         """Motor counts: what 6064h reads."""
@@ -309,6 +312,7 @@ class Drive:
         return round(self.joint.angle * self.joint.gear / (2 * math.pi) * resolution)
 
     def _on_sync(self):
+        self.on_sync()
         self.seen.syncs += 1
         self.seen.unguarded_syncs += self.brake_open and not self.armed()
         torque = self.torque()
