@@ -15,16 +15,18 @@ pub struct Examination {
     pub realtime: Vec<Finding>,
     /// Preconditions of the CAN bus.
     pub can: Vec<Finding>,
+    /// What the robot file asks of the bus, and who of it was heard; empty without a robot file.
+    pub robot: Vec<Finding>,
     /// How late the machine wakes up.
     pub wakeups: WakeupReport,
 }
 
 impl Examination {
     /// The examination with its overall verdict.
-    pub fn new(realtime: Vec<Finding>, can: Vec<Finding>, wakeups: WakeupReport) -> Self {
-        let findings = realtime.iter().chain(&can).map(|finding| finding.verdict);
+    pub fn new(realtime: Vec<Finding>, can: Vec<Finding>, robot: Vec<Finding>, wakeups: WakeupReport) -> Self {
+        let findings = realtime.iter().chain(&can).chain(&robot).map(|finding| finding.verdict);
         let verdict = findings.chain([wakeups.verdict]).max().unwrap_or(Verdict::Good);
-        Self { verdict, realtime, can, wakeups }
+        Self { verdict, realtime, can, robot, wakeups }
     }
 
     /// The exit code: a failure if anything is bad.

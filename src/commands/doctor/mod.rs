@@ -1,18 +1,25 @@
 //! `uarm doctor`: is this machine ready for a hard real-time loop on a CAN bus?
 
 mod examination;
+mod robot;
 mod text;
 
 use std::io::Write;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::Context;
-use uarm_io::probe::{CanWish, Machine, measure_wakeups};
+use uarm_io::finding::Verdict;
+use uarm_io::probe::{CanWish, Machine, WakeupReport, measure_wakeups};
 use uarm_io::realtime::{Priority, Processor, RealtimePolicy, RealtimeSettings};
 use uarm_io::socketcan_link::InterfaceName;
 
+use crate::robot::Robot;
 use examination::Examination;
+
+/// The period of the paper's loop.
+const DEFAULT_PERIOD: Duration = Duration::from_millis(3);
 
 /// Arguments of `uarm doctor`.
 #[derive(Debug, clap::Args)]
@@ -20,21 +27,24 @@ use examination::Examination;
 Exit code 1 if anything is bad. docs/realtime.md sets up a robot PC step by step.
 Examples:
   uarm doctor                    what `uarm run` needs on a simulated robot
-  uarm doctor --can can0         what real drives need
+  uarm doctor --can can0 --robot my-robot.toml     what its drives need; sends nothing
   uarm doctor --seconds 600 --cpu 3 --rt enforce    the worst case, under the load that the robot PC will have")]
 pub struct Arguments {
     /// The CAN interface that will be used; without it all are looked at, and none is no fault
     #[arg(long, value_name = "INTERFACE")]
     can: Option<InterfaceName>,
-    /// The bit rate that the drives are set to, bit/s
-    #[arg(long, default_value_t = CanWish::default().bit_rate, value_name = "RATE")]
-    bit_rate: u32,
+    /// A robot file: its bit rate, period and node ids are looked for
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// The bit rate that the drives are set to, bit/s, instead of the robot file's
+    #[arg(long, value_name = "RATE")]
+    bit_rate: Option<u32>,
     /// How long wake-ups are measured
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=86_400), value_name = "N")]
     seconds: u32,
-    /// The period of the loop, such as 3ms or 1ms
-    #[arg(long, default_value = "3ms", value_parser = humantime::parse_duration, value_name = "TIME")]
-    period: Duration,
+    /// The period of the loop, such as 3ms or 1ms; by default the robot file's, or 3ms
+    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    period: Option<Duration>,
     /// Real-time scheduling of the measuring thread: enforce, prefer or off
     #[arg(long, default_value_t, value_name = "POLICY")]
     rt: RealtimePolicy,
@@ -55,13 +65,15 @@ pub struct Arguments {
 /// If wake-ups cannot be measured as asked, or nothing can be printed.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let machine = Machine::this();
-    let wish = CanWish { interface: arguments.can, bit_rate: arguments.bit_rate };
-    let settings = RealtimeSettings { policy: arguments.rt, priority: arguments.priority, processor: arguments.cpu };
+    let robot = arguments.robot.as_deref().map(|file| Robot::load(Some(file))).transpose()?;
+    let rate_of_robot = robot.as_ref().map(|robot| robot.description.bus.bit_rate.bits_per_second());
+    let wish = CanWish { interface: arguments.can, bit_rate: arguments.bit_rate.or(rate_of_robot) };
+    let period = arguments.period.or(robot.as_ref().map(|robot| robot.description.period.duration()));
     // The facts come first: measuring locks memory and holds processors awake, which must not be mistaken for the machine's own.
     let (realtime, can) = (machine.realtime_findings(), machine.can_findings(&wish));
-    let duration = Duration::from_secs(arguments.seconds.into());
-    let wakeups = measure_wakeups(arguments.period, duration, &settings).context("measuring wake-ups")?;
-    let examination = Examination::new(realtime, can, wakeups);
+    let robot = robot.map_or_else(Vec::new, |robot| robot::findings(&robot.description, arguments.can));
+    let wakeups = wakeups(arguments, period.unwrap_or(DEFAULT_PERIOD))?;
+    let examination = Examination::new(realtime, can, robot, wakeups);
 
     let mut output = std::io::stdout().lock();
     if arguments.json {
@@ -73,12 +85,33 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     Ok(examination.exit().into())
 }
 
+/// Measures wake-ups. What the policy `enforce` demands and the system does not grant is bad, and is measured without: a table
+/// that is not printed helps nobody to get it.
+fn wakeups(arguments: &Arguments, period: Duration) -> anyhow::Result<WakeupReport> {
+    let enforced = arguments.rt == RealtimePolicy::Enforce;
+    let policy = if enforced { RealtimePolicy::Prefer } else { arguments.rt };
+    let settings = RealtimeSettings { policy, priority: arguments.priority, processor: arguments.cpu };
+    let duration = Duration::from_secs(arguments.seconds.into());
+    let mut report = measure_wakeups(period, duration, &settings).context("measuring wake-ups")?;
+    if enforced {
+        demand_all(&mut report);
+    }
+    Ok(report)
+}
+
+/// Makes everything bad that was not granted.
+fn demand_all(report: &mut WakeupReport) {
+    for item in report.realtime.iter_mut().filter(|item| item.verdict != Verdict::Good) {
+        item.verdict = Verdict::Bad;
+        report.verdict = Verdict::Bad;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::exit::Exit;
-    use uarm_io::finding::{Finding, Verdict};
-    use uarm_io::probe::WakeupReport;
+    use uarm_io::finding::Finding;
 
     #[derive(clap::Parser)]
     struct Doctor {
@@ -101,7 +134,7 @@ mod tests {
             }]
         });
         let wakeups = measure_wakeups(Duration::from_millis(1), Duration::from_millis(5), settings).unwrap();
-        Examination::new(realtime, can, WakeupReport { verdict: Verdict::Good, ..wakeups })
+        Examination::new(realtime, can, Vec::new(), WakeupReport { verdict: Verdict::Good, ..wakeups })
     }
 
     #[test]
@@ -125,6 +158,25 @@ mod tests {
         let counts =
             json["wakeups"]["buckets"].as_array().unwrap().iter().map(|bucket| bucket["count"].as_u64().unwrap());
         assert_eq!(counts.sum::<u64>(), 5);
+    }
+
+    #[test]
+    fn what_enforce_demands_and_does_not_get_is_bad_and_still_reported() {
+        let mut report = examination([Verdict::Good; 2], &RealtimeSettings::default()).wakeups;
+        let finding = |verdict| Finding {
+            name: "SCHED_FIFO".into(),
+            found: "refused".into(),
+            wanted: "80".into(),
+            verdict,
+            how_to_get_it: "limits.conf".into(),
+        };
+        report.realtime = vec![finding(Verdict::Good)];
+        demand_all(&mut report);
+        assert_eq!((report.realtime[0].verdict, report.verdict), (Verdict::Good, Verdict::Good));
+        report.realtime = vec![finding(Verdict::Good), finding(Verdict::Warning)];
+        demand_all(&mut report);
+        assert_eq!((report.realtime[1].verdict, report.verdict), (Verdict::Bad, Verdict::Bad));
+        assert_eq!(Examination::new(vec![], vec![], vec![], report).exit(), Exit::Failure);
     }
 
     #[test]

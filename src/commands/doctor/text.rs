@@ -15,8 +15,11 @@ pub(super) fn examination(examination: &Examination) -> String {
     let mut text = String::new();
     section(&mut text, "Real time", &examination.realtime);
     section(&mut text, "CAN", &examination.can);
+    if !examination.robot.is_empty() {
+        section(&mut text, "Robot file", &examination.robot);
+    }
     wakeups(&mut text, &examination.wakeups);
-    let all = examination.realtime.iter().chain(&examination.can);
+    let all = examination.realtime.iter().chain(&examination.can).chain(&examination.robot);
     let judged = |verdict| all.clone().filter(|finding| finding.verdict == verdict).count();
     let (bad, warnings) = (judged(Verdict::Bad), judged(Verdict::Warning));
     let verdict = match examination.verdict {

@@ -14,18 +14,26 @@ const UP: u32 = 1;
 const QUEUE_LENGTHS: core::ops::RangeInclusive<u32> = 8..=64;
 
 /// What the caller wants of the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CanWish {
     /// The interface that will be used; with `None` all are looked at, and a machine without any is no fault.
     pub interface: Option<InterfaceName>,
-    /// The bus's bit rate, bit/s.
-    pub bit_rate: u32,
+    /// The bus's bit rate, bit/s. With `None` no advice names one: an interface at another rate than the bus's disturbs it.
+    pub bit_rate: Option<u32>,
 }
 
-impl Default for CanWish {
-    /// Any interface at 1 Mbit/s, classic CAN's fastest.
-    fn default() -> Self {
-        Self { interface: None, bit_rate: 1_000_000 }
+impl CanWish {
+    /// The bit rate as a command line of `ip` has it.
+    fn bit_rate_in_advice(&self) -> String {
+        self.bit_rate.map_or_else(|| "RATE".to_owned(), |rate| rate.to_string())
+    }
+
+    /// What stands behind a command with [`bit_rate_in_advice`](Self::bit_rate_in_advice).
+    const fn rate_explained(&self) -> &'static str {
+        match self.bit_rate {
+            Some(_) => "",
+            None => ", RATE that of the drives",
+        }
     }
 }
 
@@ -175,7 +183,11 @@ fn state(interface: &Interface, wish: &CanWish) -> Finding {
     let finding = |found: &str| Finding::good(format!("{name} state"), format!("{found} ({kind})"), "up, error-active");
     let up = match interface.kind {
         Kind::Virtual => format!("`ip link set {name} up`"),
-        Kind::Hardware(_) => format!("`ip link set {name} up type can bitrate {} restart-ms 100`", wish.bit_rate),
+        Kind::Hardware(_) => format!(
+            "`ip link set {name} up type can bitrate {} restart-ms 100`{}",
+            wish.bit_rate_in_advice(),
+            wish.rate_explained()
+        ),
     };
     if !interface.is_up {
         return finding("down").but(Verdict::Bad, up);
@@ -193,15 +205,17 @@ fn state(interface: &Interface, wish: &CanWish) -> Finding {
 fn bit_rate(name: &str, controller: &Controller, wish: &CanWish) -> Finding {
     let found = controller.bit_rate.filter(|&rate| rate > 0);
     let text = found.map_or_else(|| "not set".to_owned(), |rate| format!("{rate} bit/s"));
-    let finding = Finding::good(format!("{name} bit rate"), text, format!("{} bit/s", wish.bit_rate));
-    if found == Some(wish.bit_rate) {
+    let wanted = wish.bit_rate.map_or_else(|| "that of the drives".to_owned(), |rate| format!("{rate} bit/s"));
+    let finding = Finding::good(format!("{name} bit rate"), text, wanted);
+    let as_wanted = found.is_some() && wish.bit_rate.is_none_or(|wanted| found == Some(wanted));
+    if as_wanted {
         finding
     } else {
         finding.but(
             Verdict::Bad,
             format!(
                 "`ip link set {name} down && ip link set {name} up type can bitrate {}`, the same as the drives'",
-                wish.bit_rate
+                wish.bit_rate_in_advice()
             ),
         )
     }
@@ -247,7 +261,8 @@ mod tests {
     }
 
     fn verdicts(interface: &Interface) -> Vec<Verdict> {
-        judge(interface, &CanWish::default()).into_iter().map(|finding| finding.verdict).collect()
+        let wish = CanWish { interface: None, bit_rate: Some(1_000_000) };
+        judge(interface, &wish).into_iter().map(|finding| finding.verdict).collect()
     }
 
     const SOUND: Controller =
@@ -269,6 +284,23 @@ mod tests {
         assert_eq!(verdicts(&hardware(Controller { bit_rate: None, ..SOUND }, 16)), [Good, Bad, Good, Good]);
         assert_eq!(verdicts(&hardware(Controller { restart_ms: Some(0), ..SOUND }, 16)), [Good, Good, Warning, Good]);
         assert_eq!(verdicts(&hardware(SOUND, 1_000)), [Good, Good, Good, Warning]);
+    }
+
+    /// A node at a wrong bit rate destroys the frames of the others: who does not know the rate is told none.
+    #[test]
+    fn advice_names_the_bit_rate_that_was_asked_for_and_no_other() {
+        let slow = Controller { bit_rate: Some(250_000), ..SOUND };
+        let down = Interface { is_up: false, ..hardware(slow, 16) };
+        let advice = |bit_rate| {
+            let findings = judge(&down, &CanWish { interface: None, bit_rate });
+            findings.into_iter().map(|finding| finding.how_to_get_it).collect::<Vec<_>>().join("\n")
+        };
+        assert!(advice(Some(500_000)).contains("up type can bitrate 500000 "), "{}", advice(Some(500_000)));
+        assert!(!advice(Some(500_000)).contains("1000000"));
+        assert!(advice(None).contains("bitrate RATE restart-ms 100`, RATE that of the drives"), "{}", advice(None));
+        // Whatever rate is set is right where none is known.
+        let up = judge(&hardware(slow, 16), &CanWish::default());
+        assert!(up.iter().all(|finding| finding.verdict == Verdict::Good), "{up:?}");
     }
 
     #[test]
