@@ -6,12 +6,14 @@
 //! | [`commands`] | a file or folder per subcommand |
 //! | [`robot`] | robot files: read, checked, turned into types |
 //! | [`drives`] | which master drives the robot: CANopen or ODrive |
+//! | [`reference`] | where the joints with incremental encoders are, and whether that still holds |
 //! | [`simulated_robot`], [`simulation`] | a plant behind emulated drives; a run on it in virtual time |
 //! | [`report`], [`inspection`], [`figures`] | what runs and logs tell: for people, in terminals, as figures |
 //! | [`log_files`], [`signals`], [`options`] | where logs go; signals that end a run; choices on command lines |
 //! | [`text_file`] | text files that people write, read in bounded memory |
 //! | [`exit`], [`error_text`] | exit codes; errors in words |
 //! | [`bus_observation`] | what is heard on a bus by somebody who sends nothing |
+//! | [`sdo_access`] | SDO access to drives that a run has stopped |
 //! | [`dimensions`] | the one place that says how many joints the robot has |
 //!
 //! The control loop itself is the crate [`uarm_loop`]: see [`uarm_loop::control_loop`].
@@ -28,8 +30,10 @@ pub mod figures;
 pub mod inspection;
 pub mod log_files;
 pub mod options;
+pub mod reference;
 pub mod report;
 pub mod robot;
+pub mod sdo_access;
 pub mod signals;
 pub mod simulated_robot;
 pub mod simulation;

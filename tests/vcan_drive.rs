@@ -6,7 +6,7 @@ mod vcan_support;
 use serde_json::Value;
 use std::process::Output;
 use vcan_support::bus::{Bus, Seen};
-use vcan_support::process::{Robot, Running, Scheduling, controller, describe, succeed};
+use vcan_support::process::{Robot, Running, Scheduling, controller, describe, finish, succeed};
 use vcan_support::{INTERFACE, Workshop};
 
 /// SDO requests: base, plus node (CiA 301).
@@ -92,4 +92,52 @@ fn the_direction_of_a_joint_that_nobody_turns_is_not_told() {
     assert!(describe(&output).contains("was not turned"), "{}", describe(&output));
     let seen = bus.drain();
     assert!(seen.len() > 20 && only_reads(&seen), "{seen:02X?}");
+}
+
+/// The controller's robot file: joint 2 is incremental, and 6075h of its drive, volatile and used by nobody, is the marker.
+const INCREMENTAL: (&str, &str) = (
+    "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0",
+    "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0, \
+     reference = \"incremental\", power_marker = { index = 0x6075, subindex = 0, type = \"u32\", value = 77 }",
+);
+/// The plant's: joint 2's counter happens to show 5000 at angle zero.
+const SOMEWHERE: (&str, &str) = (
+    "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0",
+    "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 5000",
+);
+
+#[test]
+fn an_incremental_robot_runs_with_a_reference_only_and_not_after_its_power_was_lost() {
+    let workshop = Workshop::new("reference");
+    let bus = Bus::open();
+    workshop.write_robot(&[SOMEWHERE]);
+    let robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
+    workshop.write_robot(&[INCREMENTAL]);
+    let refused = |reason: &str| {
+        let output = controller(&workshop, &["--log", "none"]).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{}", describe(&output));
+        let message = describe(&output);
+        assert!(message.contains(reason) && message.contains("uarm drive reference --robot"), "{message}");
+    };
+    bus.drain();
+    refused("is not referenced");
+    assert!(only_reads(&bus.drain()), "a robot that is not referenced gets no command");
+
+    let robot_file = workshop.robot();
+    let set =
+        ["reference", "--robot", robot_file.to_str().unwrap(), "--can", INTERFACE, "--angles", "0,20,20", "--yes"];
+    let stored = json(&drive(&workshop, &[set.as_slice(), &["--json"]].concat()));
+    assert_eq!(stored["references"]["joints"][0]["zero_counts"], 5000);
+    assert_eq!(stored["references"]["joints"][0]["serial"], 2);
+    // Twice: the run's own reset of the communication is no loss of power.
+    for _ in 0..2 {
+        let output = finish(&mut controller(&workshop, &["--log", "none"]));
+        assert!(describe(&output).contains("joint 2: reference of "), "{}", describe(&output));
+    }
+
+    drop(robot);
+    workshop.write_robot(&[SOMEWHERE]);
+    let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
+    workshop.write_robot(&[INCREMENTAL]);
+    refused("has lost its power");
 }

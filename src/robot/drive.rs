@@ -225,15 +225,7 @@ impl DriveCheck<'_> {
     }
 
     fn value(&self, number: usize, write: &file::ObjectWrite) -> Result<Value, RobotError> {
-        match write.kind {
-            file::ObjectType::U8 => u8::try_from(write.value).map(Value::Unsigned8),
-            file::ObjectType::U16 => u16::try_from(write.value).map(Value::Unsigned16),
-            file::ObjectType::U32 => u32::try_from(write.value).map(Value::Unsigned32),
-            file::ObjectType::I8 => i8::try_from(write.value).map(Value::Integer8),
-            file::ObjectType::I16 => i16::try_from(write.value).map(Value::Integer16),
-            file::ObjectType::I32 => i32::try_from(write.value).map(Value::Integer32),
-        }
-        .map_err(|_| {
+        write.as_value().ok_or_else(|| {
             let field = self.field(&format!("writes[{number}].value"));
             self.check.refuse(field, write.value, format!("a value that fits type {:?}", write.kind))
         })

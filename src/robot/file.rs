@@ -8,6 +8,7 @@ use hinf_control::ControllerSettings;
 use serde::{Deserialize, Serialize};
 use uarm_io::drive::network::EmergencyReaction;
 use uarm_io::drive::wishes::{SyncCounterChoice, TorqueApplies};
+use uarm_io::drive::{DataType, Value};
 use uarm_io::encoder::Direction;
 use uarm_io::torque::TorqueUnit;
 
@@ -156,6 +157,26 @@ pub struct Encoder {
     pub direction: Direction,
     pub zero_counts: i32,
     pub resolution_object: Option<ResolutionObject>,
+    #[serde(default, skip_serializing_if = "ReferenceKind::is_absolute")]
+    pub reference: ReferenceKind,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power_marker: Option<ObjectWrite>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub referenced_bit: Option<u8>,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReferenceKind {
+    #[default]
+    Absolute,
+    Incremental,
+}
+
+impl ReferenceKind {
+    const fn is_absolute(&self) -> bool {
+        matches!(self, Self::Absolute)
+    }
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
@@ -229,7 +250,7 @@ pub struct Pdo {
     pub keep_tpdos: Vec<u16>,
 }
 
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub struct ObjectWrite {
     pub index: u16,
     pub subindex: u8,
@@ -247,6 +268,21 @@ pub enum When {
     After,
 }
 
+impl ObjectWrite {
+    /// The value as its type has it; `None` if it does not fit.
+    pub fn as_value(&self) -> Option<Value> {
+        match self.kind {
+            ObjectType::U8 => u8::try_from(self.value).map(Value::Unsigned8),
+            ObjectType::U16 => u16::try_from(self.value).map(Value::Unsigned16),
+            ObjectType::U32 => u32::try_from(self.value).map(Value::Unsigned32),
+            ObjectType::I8 => i8::try_from(self.value).map(Value::Integer8),
+            ObjectType::I16 => i16::try_from(self.value).map(Value::Integer16),
+            ObjectType::I32 => i32::try_from(self.value).map(Value::Integer32),
+        }
+        .ok()
+    }
+}
+
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum ObjectType {
@@ -256,6 +292,20 @@ pub enum ObjectType {
     I8,
     I16,
     I32,
+}
+
+impl ObjectType {
+    /// The type of the object dictionary.
+    pub const fn data_type(self) -> DataType {
+        match self {
+            Self::U8 => DataType::Unsigned8,
+            Self::U16 => DataType::Unsigned16,
+            Self::U32 => DataType::Unsigned32,
+            Self::I8 => DataType::Integer8,
+            Self::I16 => DataType::Integer16,
+            Self::I32 => DataType::Integer32,
+        }
+    }
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -9,7 +9,7 @@ use uarm_loop::robot::Joint;
 
 use super::drive::{DriveCheck, check_identifiers};
 use super::error::{Checker, RobotError};
-use super::file::{self, RobotFile, Role};
+use super::file::{self, ReferenceKind, RobotFile, Role};
 use crate::dimensions::JOINTS;
 
 /// The highest node id of a drive: 127 is the controller's.
@@ -110,6 +110,7 @@ fn encoder(
 ) -> Result<EncoderConfiguration, RobotError> {
     let field = |name: &str| format!("joints[{index}].encoder.{name}");
     let encoder = &joint.encoder;
+    reference(encoder, &field, check)?;
     let counts = encoder.counts_per_revolution;
     let counts_per_revolution = CountsPerRevolution::behind(counts, gear)
         .map_err(|error| check.refuse(field("counts_per_revolution"), counts, error.to_string()))?;
@@ -138,6 +139,28 @@ fn encoder(
         zero: encoder.zero_counts,
         jump_limit,
     })
+}
+
+/// Highest bit of the statusword.
+const LAST_STATUSWORD_BIT: u8 = 15;
+
+/// An incremental encoder needs something by which the loss of power is seen.
+fn reference(encoder: &file::Encoder, field: &impl Fn(&str) -> String, check: &Checker<'_>) -> Result<(), RobotError> {
+    if encoder.reference == ReferenceKind::Incremental
+        && encoder.power_marker.is_none()
+        && encoder.referenced_bit.is_none()
+    {
+        let expected = "power_marker or referenced_bit beside it, by which the loss of the drive's power is seen";
+        return Err(check.refuse(field("reference"), "\"incremental\"", expected));
+    }
+    if let Some(bit) = encoder.referenced_bit.filter(|bit| *bit > LAST_STATUSWORD_BIT) {
+        return Err(check.refuse(field("referenced_bit"), bit, "a bit of the statusword, 0 to 15"));
+    }
+    if let Some(marker) = encoder.power_marker.as_ref().filter(|marker| marker.as_value().is_none()) {
+        let expected = format!("a value that fits type {:?}", marker.kind);
+        return Err(check.refuse(field("power_marker.value"), marker.value, expected));
+    }
+    Ok(())
 }
 
 /// Object 6076h holds a whole number of its unit.
@@ -226,6 +249,26 @@ mod tests {
         // 2^20 counts of 33739 * 100 a revolution are 112 degrees, of limits 7200 degrees apart.
         let message = first_joint("gear_ratio = [100, 1]", 20).unwrap_err();
         assert!(message.contains("joints[0].encoder.counter_bits = 20") && message.contains("111.9 deg"), "{message}");
+    }
+
+    #[test]
+    fn an_incremental_encoder_needs_a_sign_of_lost_power() {
+        let with = |keys: &str| {
+            let text =
+                BUILT_IN.replacen("zero_counts = 0", &format!("zero_counts = 0, reference = \"incremental\"{keys}"), 1);
+            Robot::parse(Path::new("test.toml"), &text, &Overrides::default())
+                .map(drop)
+                .map_err(|error| error.to_string())
+        };
+        let error = with("").unwrap_err();
+        assert!(error.contains("joints[0].encoder.reference") && error.contains("power_marker"), "{error}");
+        assert_eq!(with(", referenced_bit = 15"), Ok(()));
+        let marker = |value| {
+            with(&format!(", power_marker = {{ index = 0x6081, subindex = 0, type = \"u8\", value = {value} }}"))
+        };
+        assert_eq!(marker(7), Ok(()));
+        assert!(marker(256).unwrap_err().contains("joints[0].encoder.power_marker.value"));
+        assert!(with(", referenced_bit = 16").unwrap_err().contains("0 to 15"));
     }
 
     /// In one period of 3 ms the base turns 2.16 degrees at 720 deg/s: 202.4 of 33739 counts, so 203, and one more. The other

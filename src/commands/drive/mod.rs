@@ -1,8 +1,10 @@
 //! `uarm drive`: commissioning, one drive or one bus at a time.
 
+mod confirmation;
 mod direction;
 mod node;
 mod patient_link;
+mod reference;
 mod scan;
 
 use std::process::ExitCode;
@@ -22,6 +24,8 @@ enum Command {
     Scan(scan::Arguments),
     /// Tell which way a joint counts, while somebody turns it with the motor off
     Direction(direction::Arguments),
+    /// Tell where the joints with incremental encoders are, in a pose that somebody confirms
+    Reference(reference::Arguments),
 }
 
 /// Runs a step.
@@ -32,5 +36,6 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     match &arguments.command {
         Command::Scan(arguments) => scan::execute(arguments),
         Command::Direction(arguments) => direction::execute(arguments),
+        Command::Reference(arguments) => reference::execute(arguments),
     }
 }

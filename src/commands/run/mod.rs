@@ -23,6 +23,7 @@ use uarm_loop::torque::DisturbanceSite;
 use crate::exit::Exit;
 use crate::log_files::LogChoice;
 use crate::options::choice;
+use crate::reference;
 use crate::report::{RunReport, print_mean};
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
@@ -172,6 +173,12 @@ fn robot(arguments: &Arguments) -> anyhow::Result<Robot> {
         base_acceleration: arguments.base_acceleration.map(|mode| (arguments.controller, mode)),
     };
     let mut robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
+    if let Some(interface) = &arguments.can {
+        let name = interface.parse().with_context(|| format!("--can {interface}"))?;
+        let (referenced, lines) = reference::apply(robot, arguments.robot.as_deref(), name)?;
+        lines.iter().for_each(|line| eprintln!("{line}"));
+        robot = referenced;
+    }
     robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
     Ok(robot)
 }

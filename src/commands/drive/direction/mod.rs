@@ -11,7 +11,6 @@ use std::time::Duration;
 
 use anyhow::Context;
 use uarm_io::drive::NodeId;
-use uarm_io::drive::wire::Channel;
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::socketcan_link::{InterfaceName, Reception, SocketCanLink};
 
@@ -19,7 +18,7 @@ use super::node::node_id;
 use super::patient_link::PatientLink;
 use crate::exit::Exit;
 use crate::robot::Robot;
-use crate::signals;
+use crate::{sdo_access, signals};
 use text::Finding;
 
 /// Arguments of `uarm drive direction`.
@@ -67,8 +66,9 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         None => None,
     };
     let stop = signals::stop_request().context("signal handlers")?;
-    let identifiers = [Channel::SdoResponse(arguments.node).identifier()];
+    let identifiers = sdo_access::identifiers(arguments.node);
     let mut link = PatientLink(SocketCanLink::open(arguments.can, Reception::Exactly(&identifiers))?);
+    sdo_access::ensure(&mut link, &MonotonicClock, arguments.node)?;
     let limit = arguments.seconds.map(|seconds| Duration::from_secs(seconds.into()));
     eprintln!("turn the joint of node {} counter-clockwise by {} revolutions", arguments.node.raw(), arguments.turns);
     let turning = watch::watch(&mut link, &MonotonicClock, arguments.node, limit, &stop, |turning| {

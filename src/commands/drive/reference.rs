@@ -1,0 +1,274 @@
+//! `uarm drive reference`: tells the joints with incremental encoders where they are.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::SystemTime;
+
+use uarm_io::drive::NodeId;
+use uarm_io::drive::cia402::PowerState;
+use uarm_io::link::Link;
+use uarm_io::monotonic::MonotonicClock;
+use uarm_io::socketcan_link::InterfaceName;
+use uarm_io::time::Clock;
+
+use super::confirmation::{Confirmation, confirm};
+use crate::dimensions::JOINTS;
+use crate::reference::drive::{Shown, mark, show};
+use crate::reference::store::{JointReference, References};
+use crate::reference::{incremental_joints, link};
+use crate::robot::Robot;
+
+/// How far a joint may move between its reading and the confirmation, counts.
+const STILL: u32 = 4;
+
+/// Arguments of `uarm drive reference`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Put the arm into a jig or at its marks, motors off and brakes closed, and give the angles that it has there. The angles of joints
+whose encoder.reference is \"absolute\" are not used. The reference is stored beside the robot file (my-robot.toml:
+my-robot.reference.toml) and holds until the drive loses its power, is reset or exchanged: `uarm run` sees that.
+The drives get no command; the robot file's power_marker is written.
+Example:
+  uarm drive reference --robot my-robot.toml --can can0 --angles 0,20,20")]
+pub struct Arguments {
+    /// The robot file
+    #[arg(long, value_name = "FILE")]
+    robot: PathBuf,
+    /// The CAN interface
+    #[arg(long, value_name = "INTERFACE")]
+    can: InterfaceName,
+    /// The angles of all joints, the base first, in degrees
+    #[arg(long, value_delimiter = ',', num_args = 1, allow_hyphen_values = true, value_name = "DEG,DEG,DEG")]
+    angles: Vec<f64>,
+    /// The pose is confirmed already: do not ask
+    #[arg(long)]
+    yes: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Stores where the joints are.
+///
+/// # Errors
+/// If the angles are none that the joints can have, a drive is on or does not answer, the pose is not confirmed or a joint
+/// moved meanwhile.
+pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let robot = Robot::load(Some(&arguments.robot))?;
+    let angles = angles(&robot, &arguments.angles)?;
+    let joints = incremental_joints(&robot);
+    anyhow::ensure!(
+        !joints.is_empty(),
+        "{}: no joint has encoder.reference = \"incremental\": there is nothing to reference",
+        arguments.robot.display()
+    );
+    let mut link = link(&robot, arguments.can)?;
+    let before = read(&robot, &joints, &mut link, &MonotonicClock)?;
+    for (joint, shown) in joints.iter().zip(&before) {
+        let name = &robot.description.joints[*joint].name;
+        eprintln!(
+            "  {name} (node {}): {} counts are {} deg",
+            node(&robot, *joint).raw(),
+            shown.position,
+            angles[*joint]
+        );
+    }
+    let terminal = std::io::stdin().is_terminal();
+    match confirm("the arm is in this pose", "yes", arguments.yes, terminal, &mut std::io::stdin().lock())? {
+        Confirmation::Given => {}
+        Confirmation::Refused => anyhow::bail!("not confirmed: nothing was stored"),
+    }
+    let earlier = References::read_beside(&arguments.robot)?;
+    let references = set(&robot, &joints, &angles, &before, earlier.as_ref(), &mut link, &MonotonicClock)?;
+    let path = references.write_beside(&arguments.robot)?;
+    print(&references, &path, arguments.json)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn node(robot: &Robot, joint: usize) -> NodeId {
+    robot.description.joints[joint].node
+}
+
+/// The angles of all joints, within their limits.
+fn angles(robot: &Robot, angles: &[f64]) -> anyhow::Result<[f64; JOINTS]> {
+    let angles: [f64; JOINTS] = angles
+        .try_into()
+        .map_err(|_| anyhow::anyhow!("--angles: {} angles, expected {JOINTS}, the base's first", angles.len()))?;
+    for (angle, joint) in angles.iter().zip(&robot.file.joints) {
+        let (least, most) = (joint.limits.minimum_deg, joint.limits.maximum_deg);
+        anyhow::ensure!(
+            (least..=most).contains(angle),
+            "--angles: {angle} deg for {}, expected its limits, {least} to {most} deg",
+            joint.name
+        );
+    }
+    Ok(angles)
+}
+
+/// What the drives of `joints` show; each must be off.
+fn read<L: Link, C: Clock>(robot: &Robot, joints: &[usize], link: &mut L, clock: &C) -> anyhow::Result<Vec<Shown>>
+where
+    L::Error: Send + Sync + 'static,
+{
+    let mut shown = Vec::new();
+    for joint in joints {
+        let node = node(robot, *joint);
+        let found = show(link, clock, node, &robot.file.joints[*joint].encoder)?;
+        let is_on = matches!(
+            found.statusword.state(),
+            None | Some(PowerState::SwitchedOn | PowerState::OperationEnabled | PowerState::QuickStopActive)
+        );
+        anyhow::ensure!(!is_on, "node {} is in {}: expected it to be off", node.raw(), found.statusword);
+        shown.push(found);
+    }
+    Ok(shown)
+}
+
+/// Marks the drives and makes their references, after a look whether anything moved since `before`.
+fn set<L: Link, C: Clock>(
+    robot: &Robot,
+    joints: &[usize],
+    angles: &[f64; JOINTS],
+    before: &[Shown],
+    earlier: Option<&References>,
+    link: &mut L,
+    clock: &C,
+) -> anyhow::Result<References>
+where
+    L::Error: Send + Sync + 'static,
+{
+    let now = read(robot, joints, link, clock)?;
+    let date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+    let mut references = Vec::new();
+    for ((joint, before), now) in joints.iter().zip(before).zip(&now) {
+        let (file, name) = (&robot.file.joints[*joint], &robot.description.joints[*joint].name);
+        let moved = now.position.wrapping_sub(before.position).unsigned_abs();
+        anyhow::ensure!(moved <= STILL, "{name} moved by {moved} counts since it was shown: nothing was stored");
+        let marker = file.encoder.power_marker.as_ref().and_then(|marker| marker.as_value());
+        let is_new = earlier.and_then(|earlier| earlier.of_node(file.node)).is_none();
+        anyhow::ensure!(
+            marker.is_none() || !is_new || now.marker != marker,
+            "{name}: the object of its power_marker reads as the marker before it was written, so that a loss of power would \
+             not be seen: choose another value or object"
+        );
+        let encoder = robot.description.joints[*joint].encoder.referenced(now.position, angles[*joint].to_radians());
+        references.push(JointReference {
+            name: name.clone(),
+            node: file.node,
+            date: date.clone(),
+            angle_deg: angles[*joint],
+            position_counts: now.position,
+            zero_counts: encoder.zero,
+            counts_per_revolution: file.encoder.counts_per_revolution,
+            gear_ratio: file.gear_ratio,
+            direction: file.encoder.direction,
+            window_deg: [file.limits.minimum_deg, file.limits.maximum_deg],
+            vendor: now.vendor,
+            product: now.product,
+            serial: now.serial,
+            power_marker: file.encoder.power_marker.clone(),
+        });
+    }
+    // Only when all is right: a marker without its reference would hide a loss of power from an older reference.
+    for joint in joints {
+        mark(link, clock, node(robot, *joint), &robot.file.joints[*joint].encoder)?;
+    }
+    Ok(References::new(references))
+}
+
+fn print(references: &References, path: &Path, json: bool) -> anyhow::Result<()> {
+    let mut output = std::io::stdout().lock();
+    if json {
+        let report = serde_json::json!({ "file": path, "references": references });
+        serde_json::to_writer_pretty(&mut output, &report)?;
+        writeln!(output)?;
+        return Ok(());
+    }
+    for joint in &references.joints {
+        let serial = joint.serial.map_or_else(|| "no serial number".to_owned(), |serial| format!("serial {serial}"));
+        writeln!(
+            output,
+            "{}: {} deg at {} counts, node {}, {serial}",
+            joint.name, joint.angle_deg, joint.position_counts, joint.node
+        )?;
+    }
+    writeln!(output, "stored in {}", path.display())?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::BUILT_IN;
+    use crate::robot::overrides::Overrides;
+    use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
+    use hinf_control::Disturbance;
+    use uarm_io::drive::Value;
+    use uarm_sim::drive::DriveFault;
+    use uarm_sim::{EmulatedRobot, InProcessLink, Joint, Pacing, VirtualClock};
+
+    const ANGLES: [f64; JOINTS] = [0.0, 20.0, 20.0];
+
+    fn robot(encoder_2: &str) -> Robot {
+        let plain = "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0";
+        let text = BUILT_IN.replace(plain, &plain.replace("zero_counts = 0", encoder_2));
+        Robot::parse(Path::new("robot.toml"), &text, &Overrides::default()).unwrap()
+    }
+
+    /// Joint 2's encoder is incremental; 6075h, the rated current, is 1000 in the emulated drive.
+    fn incremental(marker: u32) -> Robot {
+        let marker = format!("power_marker = {{ index = 0x6075, subindex = 0, type = \"u32\", value = {marker} }}");
+        robot(&format!("zero_counts = 0, reference = \"incremental\", {marker}"))
+    }
+
+    /// A robot at the start of its task, 0, 20 and 20 degrees, whose second counter happens to show 5000 at angle zero.
+    fn bus() -> (InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>, VirtualClock) {
+        let robot = robot("zero_counts = 5000");
+        let plant = SimulatedPlant::new(&robot, PlantChoice::Ideal, Disturbance::None).unwrap();
+        let clock = VirtualClock::default();
+        (InProcessLink::new(emulate(&robot, plant, Pacing::WallClock).unwrap(), clock.clone()), clock)
+    }
+
+    #[test]
+    fn a_confirmed_pose_gives_the_counts_at_zero_and_leaves_a_marker() {
+        let (robot, (mut link, clock)) = (incremental(77), bus());
+        let before = read(&robot, &[1], &mut link, &clock).unwrap();
+        let references = set(&robot, &[1], &ANGLES, &before, None, &mut link, &clock).unwrap();
+        assert_eq!((references.joints.len(), references.joints[0].zero_counts), (1, 5_000));
+        assert_eq!(references.joints[0].serial, Some(2));
+        let encoder = &robot.file.joints[1].encoder;
+        let marker = |link: &mut _| show(link, &clock, node(&robot, 1), encoder).unwrap().marker;
+        assert_eq!(marker(&mut link), Some(Value::Unsigned32(77)));
+        // What the marker is for.
+        link.inject(Joint::Two, DriveFault::PowerLost);
+        link.repair(Joint::Two);
+        assert_eq!(marker(&mut link), Some(Value::Unsigned32(1_000)));
+    }
+
+    #[test]
+    fn a_joint_that_moved_after_it_was_shown_is_refused() {
+        let (robot, (mut link, clock)) = (incremental(77), bus());
+        let before = read(&robot, &[1], &mut link, &clock).unwrap();
+        link.inject(Joint::Two, DriveFault::EncoderJump { counts: 5 });
+        let error = set(&robot, &[1], &ANGLES, &before, None, &mut link, &clock).unwrap_err().to_string();
+        assert!(error.contains("joint 2 moved by 5 counts"), "{error}");
+    }
+
+    #[test]
+    fn a_marker_that_the_drive_has_at_power_on_is_refused() {
+        let (robot, (mut link, clock)) = (incremental(1_000), bus());
+        let before = read(&robot, &[1], &mut link, &clock).unwrap();
+        let error = set(&robot, &[1], &ANGLES, &before, None, &mut link, &clock).unwrap_err().to_string();
+        assert!(error.contains("choose another value or object"), "{error}");
+    }
+
+    #[test]
+    fn angles_are_three_and_within_the_limits() {
+        let robot = incremental(77);
+        assert_eq!(angles(&robot, &ANGLES).unwrap(), ANGLES);
+        assert!(angles(&robot, &[0.0, 20.0]).unwrap_err().to_string().contains("2 angles, expected 3"));
+        assert!(angles(&robot, &[0.0, 171.0, 0.0]).unwrap_err().to_string().contains("-170 to 170 deg"));
+        assert!(angles(&robot, &[0.0, f64::NAN, 0.0]).is_err());
+    }
+}
