@@ -215,6 +215,16 @@ fn another_controller_is_asked_on_the_same_measurements() {
 }
 
 #[test]
+fn a_log_of_odrive_axes_is_refused_for_what_it_is() {
+    let robot = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/uarm-odrive.toml");
+    let path = record("odrive", &["--virtual-time", "--robot", robot]);
+    let output = replay(&path, &[]);
+    assert_eq!(output.status.code(), Some(1));
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(error.contains("ODrive axes") && error.contains("odrive-"), "{error}");
+}
+
+#[test]
 fn what_is_no_log_is_refused_by_name() {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
     let output = replay(&manifest, &["--controller", "fuzzy"]);

@@ -19,6 +19,7 @@ use uarm_log::replay::exact::{ExactReplay, Start};
 use uarm_log::replay::one_clock::{ClockStep, Regularity, on_one_clock};
 use uarm_log::replay::what_if::TorqueSummary;
 use uarm_loop::recording::FrameRecord;
+use uarm_loop::robot::Protocol;
 use uarm_loop::schedule::OverrunPolicy;
 use uarm_loop::settings::Settings;
 use uarm_loop::task_clock::PeriodSource;
@@ -189,6 +190,16 @@ impl Arguments {
 }
 
 fn read(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
+    let recorded = read_any(path, arguments)?;
+    ensure!(
+        recorded.robot.description.bus.protocol == Protocol::Canopen,
+        "{}: the robot has ODrive axes; a replay reads the frames of CANopen drives only",
+        path.display()
+    );
+    Ok(recorded)
+}
+
+fn read_any(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
     let mut input = BufReader::new(regular_file::open(path).with_context(|| path.display().to_string())?);
     let is_mcap = input.fill_buf().with_context(|| path.display().to_string())?.starts_with(&MAGIC);
     if is_mcap {

@@ -7,7 +7,7 @@ use crate::drive::network::{LastDefence, NetworkHealth, NodeHealth};
 use crate::frame::Frame;
 use crate::link::{Link, Received};
 use crate::time::{Duration, Instant};
-use canopen_rs::{EmergencyMessage, ErrorRegister};
+use canopen_rs::{EmergencyMessage, ErrorRegister, NmtState};
 
 /// The master of `JOINTS` ODrive axes on the link `L`.
 #[derive(Debug)]
@@ -162,6 +162,8 @@ impl Axis {
             health.last_emergency = Some(as_emergency(&heartbeat));
         }
         health.statusword = as_statusword(&heartbeat);
+        // An axis has no NMT states: one that is heard takes part.
+        health.nmt_state = Some(NmtState::Operational);
         self.heartbeat = heartbeat;
     }
 

@@ -125,6 +125,9 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
         self.wait(clock, clock.now() + waited, Feeding::Off, |axes| axes.iter().all(expired))?;
         for axis in self.axes.iter_mut().filter(|axis| expired(axis)) {
             axis.last_defence = LastDefence::RpdoTimeout;
+            // What was provoked is no emergency.
+            axis.health.last_emergency = None;
+            axis.health.emergencies = axis.health.emergencies.saturating_sub(1);
         }
         if let Some(axis) = self.axes.iter().find(|axis| !expired(axis)) {
             return Err(OdriveStartError::NoWatchdog { axis: axis.node, found: axis.heartbeat, waited });

@@ -13,6 +13,7 @@ use crate::frame::Frame;
 use crate::link::{Link, Received};
 use crate::time::{Clock, Duration, Instant};
 use crate::torque::RatedTorque;
+use canopen_rs::NmtState;
 use core::convert::Infallible;
 use std::cell::Cell;
 use std::rc::Rc;
@@ -254,8 +255,11 @@ fn the_start_ends_armed_with_torque_zero_after_every_watchdog_has_proved_itself(
         );
         assert!(axis.torques.iter().all(|torque| *torque == 0.0));
     }
-    let expired = network.health().nodes.map(|node| node.last_emergency.unwrap().vendor_specific);
-    assert_eq!(expired, [[0, 0, 0, 1, 1]; 3], "WATCHDOG_TIMER_EXPIRED, IDLE: each watchdog was seen to act");
+    let health = network.health();
+    assert!(health.nodes.iter().all(|node| node.last_emergency.is_none()), "what was provoked is no emergency");
+    assert_eq!(health.nodes.map(|node| node.emergencies), [0, 1, 0], "the error of before the start is one");
+    let proved = network.stop(&clock).drives.map(|drive| drive.last_defence);
+    assert_eq!(proved, [LastDefence::RpdoTimeout; 3], "each watchdog was seen to act");
 }
 
 #[test]
@@ -310,7 +314,7 @@ fn a_cycle_takes_counts_and_gives_newton_metres() {
     assert_eq!(last, [0.0, 0.0706, -0.2]);
     let health = network.health();
     assert_eq!(health.nodes[1].statusword, Statusword::of(PowerState::OperationEnabled));
-    assert_eq!((health.nodes[1].node, health.syncs, health.nodes[1].nmt_state), (2, 1, None));
+    assert_eq!((health.nodes[1].node, health.syncs, health.nodes[1].nmt_state), (2, 1, Some(NmtState::Operational)));
 }
 
 #[test]
@@ -340,6 +344,8 @@ fn an_axis_that_disarms_ends_the_run_within_a_heartbeat() {
     );
     assert!(clock.now().since(before) <= HEARTBEAT + PERIOD);
     assert_eq!(network.health().nodes[1].statusword, Statusword::of(PowerState::Fault));
+    let told = network.health().nodes[1].last_emergency.unwrap();
+    assert_eq!((told.error_code, told.vendor_specific), (0xFF00, [0x00, 0x20, 0x00, 0x00, 1]));
     assert!(network.stop(&clock).all_off());
 }
 
@@ -367,6 +373,30 @@ fn frames_of_the_wrong_length_are_counted_and_not_read() {
     }
     cycle(&mut network, &mut clock, [0; 3]).unwrap();
     assert_eq!(network.health().nodes[1].malformed, 3);
+}
+
+#[test]
+fn a_position_of_before_the_request_is_not_taken_for_the_answer() {
+    let (mut network, mut clock) = started();
+    let early = EncoderEstimates { position: 99.0, velocity: 0.0 }.frame(AxisNode::new(1).unwrap());
+    let at = clock.now();
+    network.link_mut().wire.insert(0, Received { frame: early, at });
+    assert_eq!(cycle(&mut network, &mut clock, [0; 3]).unwrap()[0], 8_192);
+}
+
+#[test]
+fn no_torque_is_asked_for_in_a_cycle_in_which_an_axis_is_seen_disarmed() {
+    let (mut network, clock) = started();
+    let error = AxisError::MOTOR_OVER_TEMP;
+    let heartbeat = Heartbeat { error, state: AxisState::IDLE, ..Heartbeat::default() };
+    let frame = heartbeat.frame(AxisNode::new(3).unwrap());
+    let at = network.sync(clock.now()).unwrap();
+    network.link_mut().wire.insert(0, Received { frame, at });
+    let seen = network.collect(at + PERIOD).unwrap_err();
+    assert!(
+        matches!(seen, OdriveCycleError::NotArmed { axis, found } if axis.raw() == 3 && found.error == error),
+        "{seen}"
+    );
 }
 
 #[test]
