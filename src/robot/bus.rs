@@ -1,7 +1,7 @@
 //! The bus: checked.
 
 use uarm_io::bus_time::{BitRate, BusTime};
-use uarm_io::drive::network::Timeouts;
+use uarm_io::drive::network::{LISTEN, Timeouts};
 use uarm_io::drive::pdo_objects::PdoKind;
 use uarm_io::time::Duration;
 use uarm_loop::period::Period;
@@ -67,6 +67,7 @@ pub(super) fn check(
     )?;
     let sdo_timeout =
         milliseconds("sdo_timeout_ms", bus.sdo_timeout_ms, Duration::from_millis(1), "one frame each way")?;
+    let listen = listen(bus, period, check)?;
     let otherwise = Timeouts::default();
     let longer = |field: &str, value: Option<u16>, otherwise: Duration, why: &str| {
         value.map_or(Ok(otherwise), |value| milliseconds(field, value, Duration::from_millis(1), why))
@@ -87,6 +88,7 @@ pub(super) fn check(
         controller_timeout,
         drive_heartbeat,
         drive_timeout,
+        listen,
         timeouts,
         sync_counter: bus.sync_counter.unwrap_or_default(),
         emergency_reaction: bus.emergency.unwrap_or_default(),
@@ -114,6 +116,18 @@ fn other_frames(joints: &[Joint; JOINTS]) -> Vec<usize> {
         torque.into_iter().chain(std::iter::repeat_n(MOST, kept)).collect::<Vec<_>>()
     };
     joints.iter().flat_map(of_joint).collect()
+}
+
+/// Two heartbeats and two SYNCs of another controller with this robot file are heard at least.
+fn listen(bus: &file::Bus, period: Period, check: &Checker<'_>) -> Result<Duration, RobotError> {
+    let least = Duration::from_millis(bus.controller_heartbeat_ms.into()).max(period.duration()) * 2;
+    let Some(milliseconds) = bus.listen_ms else { return Ok(LISTEN.max(least)) };
+    let duration = Duration::from_millis(milliseconds.into());
+    if duration < least {
+        let expected = format!("at least {} (two heartbeats of a controller, and two periods)", least.as_millis());
+        return Err(check.refuse("bus.listen_ms", milliseconds, expected));
+    }
+    Ok(duration)
 }
 
 #[cfg(test)]
@@ -149,6 +163,25 @@ mod tests {
             let message = drive(milliseconds).unwrap_err();
             assert!(message.contains("bus.drive_timeout_ms") && message.contains("at least 100"), "{message}");
         }
+    }
+
+    /// Two heartbeats of 10 ms, or two periods of 3 ms.
+    #[test]
+    fn another_controller_has_time_to_be_heard() {
+        let listen = |milliseconds: u16, more: &str| {
+            let text = format!("sdo_timeout_ms = 500\nlisten_ms = {milliseconds}{more}");
+            with("sdo_timeout_ms = 500", &text).map(|robot| robot.description.bus.listen.as_millis())
+        };
+        assert_eq!(Robot::load(None).unwrap().description.bus.listen.as_millis(), 200);
+        assert_eq!(listen(20, ""), Ok(20));
+        let message = listen(19, "").unwrap_err();
+        assert!(message.contains("bus.listen_ms") && message.contains("at least 20"), "{message}");
+        // A controller that is heard less often is listened for longer.
+        let slow = BUILT_IN
+            .replace("controller_heartbeat_ms = 10", "controller_heartbeat_ms = 150")
+            .replace("controller_timeout_ms = 50", "controller_timeout_ms = 400");
+        let slow = Robot::parse(Path::new("test.toml"), &slow, &Overrides::default()).unwrap();
+        assert_eq!(slow.description.bus.listen.as_millis(), 300);
     }
 
     #[test]

@@ -105,6 +105,8 @@ pub struct Bus {
     pub drive_heartbeat_ms: u16,
     pub drive_timeout_ms: u16,
     pub sdo_timeout_ms: u16,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub listen_ms: Option<u16>,
     pub sdo_attempts: Option<u8>,
     pub boot_timeout_ms: Option<u16>,
     pub nmt_timeout_ms: Option<u16>,

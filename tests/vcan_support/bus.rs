@@ -16,6 +16,8 @@ const NMT_RESET_NODE: u8 = 0x81;
 pub const NMT_STOP: u8 = 0x02;
 /// Emergency messages: base, plus node.
 pub const EMERGENCY: u16 = 0x080;
+/// Feedback of the drives in the cyclic exchange: base, plus node.
+pub const TPDO1: u16 = 0x180;
 /// Drive commands of the cyclic exchange: base, plus node.
 pub const RPDO1: u16 = 0x200;
 /// SDO answers: base, plus node.
@@ -159,6 +161,14 @@ impl Bus {
         assert_eq!(answer.data[0] & 0xE3, 0x43, "node {node} refused {index:04X}h: {:02X?}", answer.data);
         let unused = usize::from((answer.data[0] >> 2) & 0x03);
         answer.data[4..8 - unused].to_vec()
+    }
+
+    /// True if the drive's next feedback says that it is enabled. Nothing is sent: a controller that is there would take
+    /// an SDO request for another's.
+    pub fn reports_enabled(&self, node: u8) -> bool {
+        self.drain();
+        let feedback = self.wait_for("feedback", ANSWER, |seen| seen.id == TPDO1 + u16::from(node));
+        feedback.u16(0) & 0x6F == 0x27
     }
 
     /// True if the drive's power stage drives its motor and holds the brake open: *Operation enabled* (CiA 402).

@@ -75,6 +75,11 @@ impl Running {
         kill_process(Pid::from_child(self.0.as_ref().expect("not ended")), signal).unwrap();
     }
 
+    /// Is it still there?
+    pub fn is_alive(&mut self) -> bool {
+        self.0.as_mut().expect("not ended").try_wait().unwrap().is_none()
+    }
+
     /// Waits for its end.
     pub fn end(mut self) -> Output {
         self.0.take().expect("not ended").wait_with_output().unwrap()

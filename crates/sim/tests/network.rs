@@ -5,9 +5,12 @@ mod support;
 use std::time::Duration;
 use support::{PERIOD, RATED_TORQUE, drives, lockstep, robot};
 use uarm_io::drive::cia402::PowerState;
-use uarm_io::drive::network::{CycleError, DriveConfiguration, NetworkConfiguration, Setting, StartError};
+use uarm_io::drive::network::{
+    CycleError, Disturbance, DriveConfiguration, ForeignFrame, NetworkConfiguration, Setting, StartError,
+};
+use uarm_io::drive::wire::{self, DriveCommand};
 use uarm_io::drive::wishes::Resolution;
-use uarm_io::drive::{Address, DriveNetwork, NmtState, Value};
+use uarm_io::drive::{Address, DriveNetwork, NmtCommand, NmtState, NodeId, Value};
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
 use uarm_io::torque::RatedTorque;
@@ -172,4 +175,30 @@ fn a_drive_that_is_not_the_robot_files_is_refused() {
     let configuration = NetworkConfiguration::new(other, PERIOD).unwrap();
     let error = DriveNetwork::new(link, configuration).start(&clock).unwrap_err();
     assert!(matches!(error, StartError::Refused { node: 3, .. }), "{error}");
+}
+
+/// Another master resets a drive in the motion: the run ends in that cycle, and the brakes hold.
+#[test]
+fn another_master_ends_the_run() {
+    let (mut network, mut clock) = started(lockstep());
+    run(&mut network, &mut clock, 10);
+    network.link_mut().send_as_another(&wire::nmt_frame(NmtCommand::ResetNode, NodeId::new(2).unwrap()));
+    let tick = clock.now() + PERIOD;
+    let error = cycle(&mut network, &mut clock, tick).unwrap_err();
+    assert_eq!(error, CycleError::Disturbed(Disturbance::AnotherMaster(ForeignFrame::NmtCommand)));
+    assert!(network.stop(&clock).all_off());
+    assert_eq!(network.link().robot().brakes(), [Brake::Engaged; 3]);
+}
+
+/// The drives of a run whose master was killed while they were enabled, with a watchdog that is not to be relied on.
+#[test]
+fn drives_that_are_found_enabled_are_braked_before_their_settings() {
+    let (network, clock) = started(lockstep());
+    let mut link = network.into_link();
+    assert_eq!(link.robot().brakes(), [Brake::Released; 3]);
+    link.send(&DriveCommand::default().frame(NodeId::new(1).unwrap())).unwrap();
+    assert_eq!(link.robot().brakes(), [Brake::Engaged, Brake::Released, Brake::Released]);
+    let mut next = DriveNetwork::new(link, configuration());
+    next.start(&clock).unwrap();
+    assert!(next.stop(&clock).all_off());
 }

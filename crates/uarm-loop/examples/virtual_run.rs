@@ -79,6 +79,7 @@ fn robot() -> Result<Robot<JOINTS, ACTIVE>, Failure> {
             controller_timeout: Duration::from_millis(50),
             drive_heartbeat: Duration::from_millis(50),
             drive_timeout: Duration::from_millis(200),
+            listen: Duration::from_millis(200),
             timeouts: Default::default(),
             sync_counter: Default::default(),
             emergency_reaction: Default::default(),

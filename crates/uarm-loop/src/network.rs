@@ -28,6 +28,7 @@ impl<const J: usize, const N: usize> Robot<J, N> {
         configuration.heartbeats =
             Heartbeats::new(bus.drive_heartbeat, bus.drive_timeout, bus.controller_heartbeat, bus.controller_timeout)
                 .map_err(NetworkError::Heartbeats)?;
+        configuration.listen = bus.listen;
         configuration.timeouts = bus.timeouts;
         configuration.sync_counter = bus.sync_counter;
         configuration.emergency_reaction = bus.emergency_reaction;

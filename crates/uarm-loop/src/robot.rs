@@ -96,6 +96,8 @@ pub struct Bus {
     pub drive_heartbeat: Duration,
     /// After how long a silent drive ends the run.
     pub drive_timeout: Duration,
+    /// How long it is listened for another controller before anything is sent.
+    pub listen: Duration,
     /// How long the steps of start and stop may take.
     pub timeouts: Timeouts,
     /// Whether the SYNC is to carry a counter.

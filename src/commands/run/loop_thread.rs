@@ -127,7 +127,8 @@ where
     Ok(Finished { end, outcome: ended.outcome, stop: describe(&ended.stop) })
 }
 
-/// A link to the drives of `robot` on `interface`. The kernel passes on only frames that they send.
+/// A link to the drives of `robot` on `interface`. The kernel passes on only frames that they send, and those that only
+/// their master may send, which are another's then.
 fn can_link(robot: &LoopRobot, interface: &str) -> anyhow::Result<SocketCanLink> {
     let name = interface.parse().with_context(|| format!("--can {interface}"))?;
     let identifiers = receive_identifiers(robot)?;
@@ -135,6 +136,9 @@ fn can_link(robot: &LoopRobot, interface: &str) -> anyhow::Result<SocketCanLink>
 }
 
 fn describe(stop: &StopReport<JOINTS>) -> String {
+    if stop.drives.iter().all(|drive| drive.power_off == Confirmation::Withheld) {
+        return "nothing was sent to the drives".to_owned();
+    }
     let doubtful: Vec<_> = stop.drives.iter().filter(|drive| drive.power_off != Confirmation::Confirmed).collect();
     if doubtful.is_empty() {
         return "all drives confirmed power off, brakes closed".to_owned();
@@ -181,5 +185,7 @@ mod tests {
         assert!(told(LastDefence::Heartbeat).contains("its own heartbeat watchdog brakes it"));
         assert!(told(LastDefence::RpdoTimeout).contains("its own command timeout brakes it"));
         assert!(!told(LastDefence::None).contains("brakes it,"));
+        let withheld = DriveStop { power_off: Confirmation::Withheld, ..DriveStop::default() };
+        assert_eq!(describe(&StopReport { drives: [withheld; 3] }), "nothing was sent to the drives");
     }
 }

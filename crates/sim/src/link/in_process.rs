@@ -51,6 +51,13 @@ impl<R: RobotOnBus, C: Clock> InProcessLink<R, C> {
         &self.robot
     }
 
+    /// A frame that somebody else sends: the drives handle it, and it is received like one of theirs.
+    pub fn send_as_another(&mut self, frame: &Frame) {
+        let now = self.clock.now();
+        self.outbox.push(*frame, now);
+        self.robot.on_frame(frame, now, &mut self.outbox);
+    }
+
     /// The robot at the other end, to bring faults about.
     pub const fn robot_mut(&mut self) -> &mut R {
         &mut self.robot

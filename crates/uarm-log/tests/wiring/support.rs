@@ -98,6 +98,7 @@ pub fn robot() -> Robot<3, 2> {
             controller_timeout: milliseconds(100),
             drive_heartbeat: milliseconds(50),
             drive_timeout: milliseconds(200),
+            listen: milliseconds(200),
             timeouts: Default::default(),
             sync_counter: Default::default(),
             emergency_reaction: Default::default(),

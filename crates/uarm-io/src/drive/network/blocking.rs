@@ -20,6 +20,7 @@ pub(super) struct Blocking<'a, L: Link, C, const JOINTS: usize> {
     /// How often an SDO request is made before silence is an error.
     pub(super) sdo_attempts: u8,
     pub(super) heed: Heed,
+    pub(super) voice: Voice,
 }
 
 /// What a [`Disturbance`](super::Disturbance) does to waiting.
@@ -31,10 +32,31 @@ pub(super) enum Heed {
     Nothing,
 }
 
+/// Whether the master's heartbeats are sent while it waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Voice {
+    /// They are.
+    Heartbeats,
+    /// They are, until then.
+    HeartbeatsUntil(Instant),
+    /// They are not: somebody else's drives must not hear them, or ours shall miss them.
+    Silent,
+}
+
+impl Voice {
+    fn speaks(self, now: Instant) -> bool {
+        match self {
+            Self::Heartbeats => true,
+            Self::HeartbeatsUntil(end) => now < end,
+            Self::Silent => false,
+        }
+    }
+}
+
 impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
     pub(super) fn new(network: &'a mut DriveNetwork<L, JOINTS>, clock: &'a C) -> Self {
         let sdo_attempts = network.configuration.timeouts.sdo_attempts.max(1);
-        Self { network, clock, sdo_attempts, heed: Heed::Disturbance }
+        Self { network, clock, sdo_attempts, heed: Heed::Disturbance, voice: Voice::Heartbeats }
     }
 
     /// Reads frames until one is `wanted`, `deadline` passes or the bus is disturbed; sends the master's heartbeats
@@ -50,9 +72,12 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
         let mut overtime = 0;
         loop {
             let now = self.clock.now();
-            self.network.produce_heartbeat(now)?;
-            self.network.repeat_commands(now)?;
-            let wake = deadline.min(self.network.next_heartbeat);
+            let mut wake = deadline;
+            if self.voice.speaks(now) {
+                self.network.produce_heartbeat(now)?;
+                self.network.repeat_commands(now)?;
+                wake = deadline.min(self.network.next_heartbeat);
+            }
             match self.network.link.receive(wake)? {
                 Some(received) => {
                     let event = self.network.absorb(&received);

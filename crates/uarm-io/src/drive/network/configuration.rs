@@ -20,6 +20,8 @@ pub struct Timeouts {
     pub nmt: Duration,
     /// From one state of CiA 402 to the wanted one, brake and power stage included.
     pub power: Duration,
+    /// One step of a stop. A drive that did not confirm it by then is left to its own watchdog: the master falls silent.
+    pub stop: Duration,
     /// How often the statusword is read while waiting for that.
     pub power_poll: Duration,
 }
@@ -33,6 +35,7 @@ impl Default for Timeouts {
             sdo_attempts: 3,
             nmt: Duration::from_millis(500),
             power: Duration::from_secs(2),
+            stop: Duration::from_millis(500),
             power_poll: Duration::from_millis(2),
         }
     }
@@ -51,6 +54,9 @@ pub enum EmergencyReaction {
     Record,
 }
 
+/// Masters send SYNCs and heartbeats ten times a second or more often; of those that do, two are heard.
+pub const LISTEN: Duration = Duration::from_millis(200);
+
 /// The whole network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkConfiguration<const JOINTS: usize> {
@@ -60,6 +66,8 @@ pub struct NetworkConfiguration<const JOINTS: usize> {
     pub heartbeats: Heartbeats,
     /// How long steps may take.
     pub timeouts: Timeouts,
+    /// How long it is listened for another master before anything is sent.
+    pub listen: Duration,
     /// Whether the SYNC is to carry a counter.
     pub sync_counter: SyncCounterChoice,
     /// What emergencies do.
@@ -115,6 +123,7 @@ impl<const JOINTS: usize> NetworkConfiguration<JOINTS> {
             period,
             heartbeats: Heartbeats::default(),
             timeouts: Timeouts::default(),
+            listen: LISTEN,
             sync_counter: SyncCounterChoice::default(),
             emergency_reaction: EmergencyReaction::default(),
             earliest_feedback: Duration::ZERO,
@@ -132,11 +141,14 @@ impl<const JOINTS: usize> NetworkConfiguration<JOINTS> {
     }
 
     /// Every identifier that the master listens to: what a link needs for its filters.
+    ///
+    /// Those of its drives, and those that only a master sends: heard, they are another master's.
     pub fn receive_identifiers(&self) -> impl Iterator<Item = StandardId> {
-        self.drives.iter().flat_map(|drive| {
+        let drives = self.drives.iter().flat_map(|drive| {
             let predefined = [Channel::Emergency, Channel::SdoResponse, Channel::Heartbeat]
                 .map(|channel| channel(drive.node).identifier());
             predefined.into_iter().chain([drive.pdos.feedback.identifier])
-        })
+        });
+        drives.chain(self.foreign().map(|(identifier, _)| identifier))
     }
 }

@@ -22,6 +22,10 @@ pub struct Feedback<const JOINTS: usize> {
     pub statuswords: [Statusword; JOINTS],
 }
 
+/// Answers that may be under way from one drive: one for this SYNC, and late ones for the two before it. More are not
+/// remembered, so that a drive that missed some SYNCs cannot lend its answers to a second one with its node id for long.
+const MOST_ANSWERS_OWED: u8 = 3;
+
 impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// Sends the SYNC, after taking in what is left of earlier cycles, so that late feedback cannot pass for that of
     /// this SYNC. Returns when it was handed to the link.
@@ -34,6 +38,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         for node in &mut self.nodes {
             node.fresh = None;
             node.missed = false;
+            node.owed = Some(node.owed.map_or(1, |owed| owed.saturating_add(1).min(MOST_ANSWERS_OWED)));
         }
         let frame = match self.sync_counter.as_mut().and_then(SyncCounter::advance) {
             Some(count) => wire::sync_frame(count),
@@ -50,7 +55,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// The first of: [`CycleError::Link`]; [`CycleError::Disturbed`]; an emergency, if the configuration says so; a drive that is not in
     /// *Operation enabled*; missing feedback.
     pub fn collect(&mut self, deadline: Instant) -> Result<Feedback<JOINTS>, CycleError<L::Error>> {
-        while self.nodes.iter().any(|node| node.fresh.is_none()) {
+        while self.disturbance.is_none() && self.nodes.iter().any(|node| node.fresh.is_none()) {
             match self.link.receive(deadline)? {
                 Some(received) => {
                     self.absorb(&received);

@@ -1,5 +1,6 @@
 //! What must not happen on the bus between a drive's set-up and its stop.
 
+use super::foreign::ForeignFrame;
 use core::fmt;
 
 /// Why the drives cannot be relied on any more, whoever or whatever caused it.
@@ -11,6 +12,13 @@ pub enum Disturbance {
         /// The drive's node id.
         node: u8,
     },
+    /// Somebody sent what only this master may send.
+    AnotherMaster(ForeignFrame),
+    /// A drive's node id answered a SYNC twice.
+    Twins {
+        /// The node id.
+        node: u8,
+    },
 }
 
 impl fmt::Display for Disturbance {
@@ -20,7 +28,19 @@ impl fmt::Display for Disturbance {
                 formatter,
                 "node {node} booted anew: its settings and its watchdog are lost; was it reset by somebody, or its supply cut?"
             ),
+            Self::AnotherMaster(frame) => {
+                write!(formatter, "another master is on this bus: it sent {frame}")
+            }
+            Self::Twins { node } => {
+                write!(formatter, "two answers to one SYNC from node {node}: are there two drives with node id {node}?")
+            }
         }
+    }
+}
+
+impl From<ForeignFrame> for Disturbance {
+    fn from(frame: ForeignFrame) -> Self {
+        Self::AnotherMaster(frame)
     }
 }
 

@@ -15,7 +15,7 @@ pub enum StartError<E> {
     /// The link failed.
     #[error("the CAN link failed")]
     Link(#[from] E),
-    /// A drive booted anew.
+    /// Another master was heard, or a drive booted anew.
     #[error("{0}")]
     Disturbed(Disturbance),
     /// A drive reported an emergency after it was addressed, and did not say that it is over.
@@ -130,7 +130,7 @@ pub enum CycleError<E> {
     /// The link failed.
     #[error("the CAN link failed")]
     Link(#[from] E),
-    /// A drive booted anew.
+    /// Another master was heard, a drive booted anew, or two have one node id.
     #[error("{0}")]
     Disturbed(Disturbance),
     /// Feedback did not come in time.

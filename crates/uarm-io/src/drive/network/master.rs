@@ -26,6 +26,7 @@ pub struct DriveNetwork<L: Link, const JOINTS: usize> {
     pub(super) traffic: Traffic,
     /// The first since the last start.
     pub(super) disturbance: Option<Disturbance>,
+    pub(super) claim: BusClaim,
 }
 
 /// One drive as the master sees it.
@@ -43,6 +44,8 @@ pub(super) struct Node {
     pub(super) commanded_at: Option<Instant>,
     /// What makes it brake by itself, as far as it was read back.
     pub(super) last_defence: LastDefence,
+    /// How many SYNCs of this run it may still answer; `None` before the first.
+    pub(super) owed: Option<u8>,
     /// Its feedback for the last SYNC.
     pub(super) fresh: Option<DriveFeedback>,
     /// The deadline for that feedback has passed without it.
@@ -52,6 +55,15 @@ pub(super) struct Node {
     /// The last controlword sent.
     pub(super) controlword: Controlword,
     pub(super) health: NodeHealth,
+}
+
+/// Whose bus it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BusClaim {
+    /// Nobody else was heard before the start.
+    Free,
+    /// Another master was: nothing is sent, not even a stop.
+    AnotherMasters,
 }
 
 /// How far a start has come with a drive.
@@ -96,6 +108,7 @@ impl Node {
             command_period,
             commanded_at: None,
             last_defence: LastDefence::None,
+            owed: None,
             fresh: None,
             missed: false,
             alarm: None,
@@ -127,6 +140,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             next_heartbeat: Instant::default(),
             traffic: Traffic::default(),
             disturbance: None,
+            claim: BusClaim::Free,
         }
     }
 
@@ -194,6 +208,11 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
 
     pub(super) fn node_mut(&mut self, id: NodeId) -> Option<&mut Node> {
         self.nodes.iter_mut().find(|node| node.id == id)
+    }
+
+    /// Takes note of something that must not happen; what came first is kept.
+    pub(super) fn disturb(&mut self, disturbance: Disturbance) {
+        self.disturbance.get_or_insert(disturbance);
     }
 
     /// An error if something happened that must not.

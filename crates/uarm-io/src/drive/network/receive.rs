@@ -33,8 +33,11 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         let sync_at = self.sync_at;
         let Some((channel, node)) = self.sender(received) else {
             self.traffic.unexpected += 1;
+            self.overhear(received);
             return Event::Nothing;
         };
+        let twins = matches!(channel, Channel::Tpdo1(_)) && !node.answers();
+        let id = node.health.node;
         let read = match channel {
             Channel::Tpdo1(_) if node.missed || received.at < earliest_feedback => {
                 node.health.stale_feedbacks += 1;
@@ -54,10 +57,23 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             Event::Nothing
         });
         if let Event::Heartbeat(_, NmtState::Initialising) = event {
-            let disturbance = node.boot_up();
-            self.disturbance = self.disturbance.or(disturbance);
+            if let Some(rebooted) = node.boot_up() {
+                self.disturb(rebooted);
+            }
+        }
+        if twins {
+            self.disturb(Disturbance::Twins { node: id });
         }
         event
+    }
+
+    /// Looks at a frame that no drive sent: was it another master?
+    fn overhear(&mut self, received: &Received) {
+        let id = received.frame.id();
+        let foreign = self.configuration.foreign().find_map(|(identifier, frame)| (identifier == id).then_some(frame));
+        if let Some(frame) = foreign {
+            self.disturb(frame.into());
+        }
     }
 
     /// The channel of a frame and the drive that sent it; `None` if none of ours can have.
@@ -93,6 +109,14 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
 }
 
 impl Node {
+    /// Takes one answer off those that are owed; false if none was. An answer that comes late is owed like any other.
+    fn answers(&mut self) -> bool {
+        let Some(owed) = &mut self.owed else { return true };
+        let answers = *owed > 0;
+        *owed = owed.saturating_sub(1);
+        answers
+    }
+
     fn feedback(&mut self, feedback: DriveFeedback, at: Instant, latency: Duration) -> Event {
         let health = &mut self.health;
         if self.fresh.replace(feedback).is_some() {

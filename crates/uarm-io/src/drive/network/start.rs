@@ -9,7 +9,7 @@ use crate::drive::objects::{self, Object};
 use crate::drive::plan::Findings;
 use crate::drive::survey::Survey;
 use crate::drive::wire::{self, DriveCommand, SyncCounter};
-use crate::drive::wishes::{DriveConfiguration, Protocol, SyncPayload, Watchdog, WatchdogTest};
+use crate::drive::wishes::{DriveConfiguration, Protocol, Setting, SyncPayload, Watchdog, WatchdogTest};
 use crate::link::Link;
 use crate::time::{Clock, Duration, Instant};
 use canopen_rs::{NmtCommand, NmtState, NodeId, Value};
@@ -68,13 +68,15 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
 
     /// Resets and configures all drives, without power; blocks.
     ///
-    /// NMT reset communication and boot-up; each drive is read, judged by [`crate::drive::plan()`], written where it
+    /// Listening for another master, with which nothing is sent; power off, for drives that were left enabled; NMT reset
+    /// communication and boot-up; each drive is read, judged by [`crate::drive::plan()`], written where it
     /// differs, and read again.
     ///
     /// # Errors
     /// [`StartError`]; call [`DriveNetwork::stop`] then.
     pub fn configure<C: Clock>(&mut self, clock: &C) -> Result<Started<JOINTS>, StartError<L::Error>> {
-        Blocking::new(self, clock).configure_all()
+        let configured = Blocking::new(self, clock).configure_all();
+        configured.map_err(|error| self.cause(error))
     }
 
     /// Enables drives that are configured; blocks.
@@ -86,7 +88,17 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// # Errors
     /// [`StartError`]; call [`DriveNetwork::stop`] then, since some drives may be enabled.
     pub fn enable<C: Clock>(&mut self, clock: &C) -> Result<(), StartError<L::Error>> {
-        Blocking::new(self, clock).enable()
+        let enabled = Blocking::new(self, clock).enable();
+        enabled.map_err(|error| self.cause(error))
+    }
+
+    /// A disturbance ends all waiting, and so is the cause of whatever came of that.
+    fn cause(&self, error: StartError<L::Error>) -> StartError<L::Error> {
+        match (error, self.disturbance) {
+            (StartError::Link(error), _) => StartError::Link(error),
+            (_, Some(disturbance)) => StartError::Disturbed(disturbance),
+            (error, None) => error,
+        }
     }
 }
 
@@ -95,10 +107,13 @@ type Outcome<T, L> = Result<T, StartError<<L as Link>::Error>>;
 impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     /// See [`DriveNetwork::configure`].
     fn configure_all(&mut self) -> Outcome<Started<JOINTS>, L> {
-        self.network.drain()?;
+        self.begin();
+        self.listen()?;
+        self.command_power_off()?;
         self.boot()?;
         for node in self.nodes() {
             self.check_profile(node)?;
+            self.switch_off(node)?;
         }
         let sync_payload = self.choose_sync()?;
         self.network.sync_counter = SyncCounter::new(sync_payload.overflow()).ok();
@@ -139,15 +154,51 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         Ok(())
     }
 
+    /// Forgets the last run.
+    fn begin(&mut self) {
+        self.network.disturbance = None;
+        for node in &mut self.network.nodes {
+            node.stage = Stage::Unknown;
+            node.owed = None;
+        }
+    }
+
+    /// Drives that somebody left enabled lose their power with the first frames, as far as they hear them.
+    fn command_power_off(&mut self) -> Outcome<(), L> {
+        for node in self.nodes() {
+            self.network.command(node, &DriveCommand::default())?;
+        }
+        Ok(())
+    }
+
+    /// A drive may keep its power through a reset of its communication, and may not have listened to RPDO1 before it.
+    fn switch_off(&mut self, node: NodeId) -> Outcome<(), L> {
+        let powered = |state| matches!(state, PowerState::OperationEnabled | PowerState::QuickStopActive);
+        let waited = self.network.configuration.timeouts.power;
+        let deadline = self.clock.now() + waited;
+        loop {
+            let found = self.statusword(node)?;
+            if !found.state().is_some_and(powered) {
+                return Ok(());
+            }
+            if self.clock.now() >= deadline {
+                return Err(self.not_reached(node, PowerState::SwitchOnDisabled, found, waited));
+            }
+            let off = Value::Unsigned16(Controlword::of(Command::DisableVoltage).bits());
+            self.write(node, &Setting::new(objects::CONTROLWORD.address(), off))?;
+            self.pause(self.network.configuration.timeouts.power_poll)?;
+        }
+    }
+
     /// Resets all drives and waits for their boot-up messages.
     fn boot(&mut self) -> Outcome<(), L> {
         for node in &mut self.network.nodes {
             node.health.nmt_state = None;
+            node.health.last_heartbeat_at = None;
             node.stage = Stage::Unknown;
             node.commanded_at = None;
             node.last_defence = LastDefence::None;
         }
-        self.network.disturbance = None;
         for node in self.nodes() {
             self.network.send(&wire::nmt_frame(NmtCommand::ResetCommunication, node))?;
         }

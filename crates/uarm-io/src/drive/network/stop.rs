@@ -1,11 +1,11 @@
 //! From any state to brakes closed, as well as it can be done.
 
-use super::blocking::{Blocking, Heed};
-use super::master::{DriveNetwork, LastDefence};
+use super::blocking::{Blocking, Heed, Voice};
+use super::master::{BusClaim, DriveNetwork, LastDefence};
 use crate::drive::cia402::{Command, Controlword, PowerState};
 use crate::drive::wire::{self, DriveCommand};
 use crate::link::Link;
-use crate::time::{Clock, Instant};
+use crate::time::{Clock, Duration, Instant};
 use canopen_rs::{NmtCommand, NmtState, NodeId};
 
 /// How far a step of stopping got.
@@ -18,6 +18,8 @@ pub enum Confirmation {
     /// The link did not take it.
     #[default]
     NotSent,
+    /// Nothing was sent on purpose: before the start another master was heard on the bus, whose drives these are.
+    Withheld,
 }
 
 /// How one drive was stopped.
@@ -52,7 +54,9 @@ impl<const JOINTS: usize> StopReport<JOINTS> {
 impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// Stops all drives as well as it can be done: torque 0, quick stop, power off and brakes, NMT stop; blocks.
     ///
-    /// Never fails: what a drive did not confirm is told in the report.
+    /// Never fails: what a drive did not confirm is told in the report. After a step that was not confirmed within
+    /// [`Timeouts::stop`](super::Timeouts::stop) the master sends no more heartbeats, so that the drive's own watchdog
+    /// brakes it.
     pub fn stop<C: Clock>(&mut self, clock: &C) -> StopReport<JOINTS> {
         Blocking::new(self, clock).stop()
     }
@@ -61,6 +65,9 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
 impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     /// See [`DriveNetwork::stop`]. Each step goes to all drives before any of them is waited for.
     pub(super) fn stop(&mut self) -> StopReport<JOINTS> {
+        if self.network.claim == BusClaim::AnotherMasters {
+            return self.withhold();
+        }
         // A drive that does not answer must not hold up the others three times.
         self.sdo_attempts = 1;
         self.heed = Heed::Nothing;
@@ -85,12 +92,43 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     fn command_all(&mut self, command: Command, wanted: impl Fn(PowerState) -> bool) -> [Confirmation; JOINTS] {
         let command = DriveCommand { controlword: Controlword::of(command), target_torque: 0 };
         let sent = self.nodes().map(|node| (node, self.network.command(node, &command).is_ok()));
-        let deadline = self.clock.now() + self.network.configuration.timeouts.power;
-        sent.map(|(node, sent)| match sent {
+        let deadline = self.begin_step(self.network.configuration.timeouts.stop);
+        let confirmations = sent.map(|(node, sent)| match sent {
             false => Confirmation::NotSent,
             true if self.comes_to(node, deadline, &wanted) => Confirmation::Confirmed,
             true => Confirmation::Unconfirmed,
-        })
+        });
+        self.end_step(&confirmations);
+        confirmations
+    }
+
+    /// The deadline of a step; heartbeats end with it.
+    fn begin_step(&mut self, time: Duration) -> Instant {
+        let deadline = self.clock.now() + time;
+        if self.voice != Voice::Silent {
+            self.voice = Voice::HeartbeatsUntil(deadline);
+        }
+        deadline
+    }
+
+    /// A drive that did not obey is left to its watchdog, which the master's heartbeats would feed.
+    fn end_step(&mut self, confirmations: &[Confirmation; JOINTS]) {
+        if confirmations.iter().any(|confirmation| *confirmation != Confirmation::Confirmed) {
+            self.voice = Voice::Silent;
+        }
+    }
+
+    /// The report of a stop that sent nothing.
+    fn withhold(&self) -> StopReport<JOINTS> {
+        let withheld = Confirmation::Withheld;
+        let drives = self.network.nodes.map(|node| DriveStop {
+            node: node.health.node,
+            quick_stop: withheld,
+            power_off: withheld,
+            nmt_stop: withheld,
+            last_defence: node.last_defence,
+        });
+        StopReport { drives }
     }
 
     /// Reads the statusword of `node` until its state is `wanted`; false after silence, a failing link or `deadline`.
@@ -113,7 +151,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
             let stop = wire::nmt_frame(NmtCommand::StopRemoteNode, node);
             (node, self.network.send(&stop).is_ok())
         });
-        let deadline = self.clock.now() + self.network.configuration.timeouts.nmt;
+        let deadline = self.begin_step(self.network.configuration.timeouts.nmt);
         sent.map(|(node, sent)| match sent {
             false => Confirmation::NotSent,
             true => match self.reports(node, deadline, |state| state == NmtState::Stopped) {

@@ -1,5 +1,6 @@
 mod bus;
 mod cycle;
+mod disturbance;
 mod start;
 
 use super::*;

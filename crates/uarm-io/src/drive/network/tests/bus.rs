@@ -40,6 +40,8 @@ pub struct Script {
     pub feedback_delay: Duration,
     /// SYNC counters that it does not answer.
     pub ignores_syncs: Vec<u8>,
+    /// Answers each SYNC twice, as two drives with one node id do.
+    pub answers_twice: bool,
     /// Leaves the size out of expedited answers.
     pub no_size: bool,
     /// Fault resets that it needs before it leaves *Fault*.
@@ -157,7 +159,8 @@ impl FakeDrive {
                 }
                 let feedback = DriveFeedback { statusword: Statusword::of(self.power), position: self.position };
                 let identifier = StandardId::new(self.identifier(&TPDO1_IDENTIFIER)).unwrap();
-                std::vec![(self.script.feedback_delay, Frame::with(identifier, feedback.encode()))]
+                let answer = (self.script.feedback_delay, Frame::with(identifier, feedback.encode()));
+                std::iter::repeat_n(answer, if self.script.answers_twice { 2 } else { 1 }).collect()
             }
             _ => Vec::new(),
         }
@@ -202,6 +205,11 @@ impl FakeDrive {
         let mode = self.script.shows_mode.map_or(written, Value::Integer8);
         self.dictionary.set(MODE_OF_OPERATION_DISPLAY.address(), mode).unwrap();
         let mut answer = self.server.handle(&mut self.dictionary, &request)?;
+        if let ([0x2B, low, high, ..], true) = (request, address == CONTROLWORD.address()) {
+            let word = u16::from_le_bytes([request[4], request[5]]);
+            assert_eq!([low, high], [0x40, 0x60]);
+            self.on_command(DriveCommand { controlword: Controlword::from_bits(word), target_torque: 0 });
+        }
         if self.script.no_size && answer[0] & 0xE3 == 0x43 {
             answer[0] = 0x42;
         }
@@ -251,6 +259,8 @@ pub struct FakeBus {
     pub stamps_on_reading: bool,
     /// The link fails from here on.
     pub down: bool,
+    /// Sending fails before this.
+    pub down_until: Option<Instant>,
     queue: Vec<Received>,
 }
 
@@ -318,7 +328,7 @@ impl Link for FakeBus {
     type Error = Down;
 
     fn send(&mut self, frame: &Frame) -> Result<Instant, Down> {
-        if self.down {
+        if self.down || self.down_until.is_some_and(|end| self.clock.now() < end) {
             return Err(Down);
         }
         self.sent.push(*frame);

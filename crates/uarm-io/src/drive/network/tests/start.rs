@@ -1,4 +1,5 @@
 use super::bus::enabling;
+use super::configuration::LISTEN;
 use super::*;
 use crate::drive::cia402::PowerState;
 use crate::drive::network::LastDefence;
@@ -81,7 +82,7 @@ fn the_master_is_heard_all_the_while() {
     let bus_time = network.link().clock.now().since(Default::default());
     let heartbeats = network.link().sent.iter().filter(|frame| frame.id().as_raw() == 0x77F).count();
     assert!(
-        heartbeats as u128 >= bus_time.as_millis() / 20,
+        heartbeats as u128 >= (bus_time - LISTEN).as_millis() / 20,
         "{heartbeats} heartbeats in {bus_time:?} of simulated bus time"
     );
 }
@@ -384,7 +385,7 @@ fn rebooted(node: u8) -> StartError<bus::Down> {
 /// From the first SDO to a drive until it is enabled, and whichever drive is being talked to.
 #[test]
 fn a_drive_that_boots_anew_after_its_first_sdo_fails_the_start() {
-    for (asked, object) in [(2, DEVICE_TYPE), (2, RATED_TORQUE), (3, DEVICE_TYPE), (1, STATUSWORD), (3, STATUSWORD)] {
+    for (asked, object) in [(3, STATUSWORD), (2, DEVICE_TYPE), (2, RATED_TORQUE), (3, DEVICE_TYPE)] {
         let mut network = network();
         network.link_mut().meanwhile = Some((asked, object.address(), boot_up(2)));
         assert_eq!(start(&mut network).unwrap_err(), rebooted(2), "node {asked}, {object}");
@@ -417,7 +418,7 @@ fn only_a_boot_up_message_confirms_a_reset() {
     let mut network = network();
     network.link_mut().drives[1].script.never_boots = true;
     let heartbeat = wire::heartbeat_frame(NodeId::new(2).unwrap(), NmtState::PreOperational);
-    let soon = network.link().clock.now() + Duration::from_micros(100);
+    let soon = network.link().clock.now() + LISTEN + Duration::from_micros(100);
     network.link_mut().inject(soon, heartbeat);
     assert!(matches!(start(&mut network), Err(StartError::NoBootUp { node: 2, .. })));
 }
@@ -443,7 +444,7 @@ fn an_emergency_after_the_first_sdo_of_its_drive_fails_the_start() {
 fn an_emergency_that_is_over_before_the_drive_is_enabled_is_borne() {
     let mut network = network();
     network.link_mut().meanwhile = Some((2, RATED_TORQUE.address(), emergency(2, 0x3220)));
-    let later = network.link().clock.now() + Duration::from_millis(31);
+    let later = network.link().clock.now() + LISTEN + Duration::from_millis(31);
     network.link_mut().inject(later, emergency(2, 0));
     start(&mut network).unwrap();
     assert_eq!(network.health().nodes[1].emergencies, 2);
@@ -464,7 +465,9 @@ fn a_request_that_was_not_answered_is_aborted() {
     let mut network = network();
     network.link_mut().drives[0].script.mute_object = Some(DEVICE_TYPE.address());
     assert!(matches!(start(&mut network), Err(StartError::Sdo(SdoError::Timeout { node: 1, attempts: 3, .. }))));
-    let to_drive = network.link().sent.iter().filter(|frame| frame.id().as_raw() == 0x601);
+    let about_it =
+        |frame: &&crate::frame::Frame| frame.id().as_raw() == 0x601 && frame.data()[1..4] == [0x00, 0x10, 0x00];
+    let to_drive = network.link().sent.iter().filter(about_it);
     let frames: Vec<[u8; 8]> = to_drive.map(|frame| frame.data().try_into().unwrap()).collect();
     let request = [0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0];
     let abort = [0x80, 0x00, 0x10, 0x00, 0x00, 0x00, 0x04, 0x05];
@@ -509,11 +512,18 @@ fn configurations_are_checked() {
 }
 
 #[test]
-fn filters_get_exactly_the_identifiers_of_the_drives() {
+fn filters_get_exactly_the_identifiers_of_the_drives_and_of_masters() {
     let found: BTreeSet<u16> = configuration().receive_identifiers().map(|id| id.as_raw()).collect();
-    let expected: BTreeSet<u16> =
-        (1..=3).flat_map(|node| [0x080, 0x180, 0x580, 0x700].map(|base| base + node)).collect();
-    assert_eq!(found, expected);
+    let of_drives = [0x080, 0x180, 0x580, 0x700];
+    let of_masters = [0x200, 0x300, 0x400, 0x500, 0x600];
+    let bases = || of_drives.into_iter().chain(of_masters);
+    let expected = (1..=3).flat_map(|node| bases().map(move |base| base + node)).chain([0x000, 0x080, 0x77F]);
+    assert_eq!(found, expected.collect());
+    assert_eq!(
+        configuration().receive_identifiers().count(),
+        found.len(),
+        "none twice: each is a filter in the kernel"
+    );
 }
 
 proptest! {
@@ -533,9 +543,14 @@ proptest! {
     #[test]
     fn noise_does_not_hang_or_panic_the_start(
         noise in proptest::collection::vec((0_u64..2_000, 0_u16..=0x7FF, proptest::collection::vec(any::<u8>(), 0..=8)), 0..200),
+        other_masters in any::<bool>(),
     ) {
         let mut network = network();
         for (millisecond, id, data) in noise {
+            // Most noise would end the start while it listens.
+            if !other_masters && configuration().foreign().any(|(identifier, _)| identifier.as_raw() == id) {
+                continue;
+            }
             let frame = crate::frame::Frame::new(embedded_can::StandardId::new(id).unwrap(), &data).unwrap();
             network.link_mut().inject(Default::default(), frame);
             network.link_mut().inject(crate::time::Instant::from_nanoseconds(millisecond * 1_000_000), frame);
@@ -559,7 +574,7 @@ proptest! {
                 payload[1..3].copy_from_slice(&address.index.to_le_bytes());
                 payload[3] = address.subindex;
             }
-            let at = crate::time::Instant::from_nanoseconds((delay + position as u64) * 1_000_000);
+            let at = crate::time::Instant::from_nanoseconds((delay + position as u64) * 1_000_000) + LISTEN;
             let frame = wire::sdo_response_frame(NodeId::new(node).unwrap(), &payload);
             network.link_mut().inject(at, frame);
         }
@@ -573,7 +588,7 @@ fn endless_segments_are_cut() {
     let mut network = network();
     network.link_mut().drives[0].script.mute_object = Some(DEVICE_TYPE.address());
     let node = NodeId::new(1).unwrap();
-    let at = |milliseconds: u64| crate::time::Instant::from_nanoseconds(milliseconds * 1_000_000);
+    let at = |milliseconds: u64| crate::time::Instant::from_nanoseconds(milliseconds * 1_000_000) + LISTEN;
     let mut first = [0x41, 0x00, 0x10, 0x00, 9, 0, 0, 0];
     network.link_mut().inject(at(40), wire::sdo_response_frame(node, &first));
     for segment in 0..100_u8 {
