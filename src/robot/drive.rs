@@ -2,8 +2,8 @@
 
 use uarm_io::drive::pdo_objects::{PdoKind, PdoNumber};
 use uarm_io::drive::wishes::{
-    AbortOption, DriveConfiguration, MAX_SETTINGS, PdoChannel, Pdos, Resolution, Setting, Settings, TorqueApplies,
-    TorqueReference, Watchdog, WatchdogTest,
+    AbortOption, DriveConfiguration, MAX_SETTINGS, PdoChannel, Pdos, PinnedIdentity, Resolution, Setting, Settings,
+    TorqueApplies, TorqueReference, Watchdog, WatchdogTest,
 };
 use uarm_io::drive::{Address, NodeId, Value};
 use uarm_io::embedded_can::StandardId;
@@ -44,7 +44,9 @@ impl DriveCheck<'_> {
         torque_ceiling: TorqueCeiling,
     ) -> Result<DriveConfiguration, RobotError> {
         let torque_applies = self.drive().torque_applies.unwrap_or_default();
+        let file::Identity { vendor, product, serial } = self.drive().identity;
         Ok(DriveConfiguration {
+            identity: PinnedIdentity { vendor, product, serial },
             resolution: self.resolution(),
             torque_reference: self.torque_reference()?,
             torque_ceiling,
@@ -256,7 +258,8 @@ mod tests {
     use uarm_io::drive::Address;
     use uarm_io::drive::pdo_objects::{PdoKind, PdoNumber};
     use uarm_io::drive::wishes::{
-        AbortOption, DriveConfiguration, Resolution, TorqueApplies, TorqueReference, Watchdog, WatchdogTest,
+        AbortOption, DriveConfiguration, PinnedIdentity, Resolution, TorqueApplies, TorqueReference, Watchdog,
+        WatchdogTest,
     };
     use uarm_io::torque::TorqueUnit;
 
@@ -288,6 +291,15 @@ mod tests {
     fn encoder(fields: &str) -> Result<DriveConfiguration, String> {
         let text = BUILT_IN.replacen("zero_counts = 0 }", &format!("zero_counts = 0, {fields} }}"), 1);
         parse(&text).map(|robot| robot.description.joints[0].drive.clone())
+    }
+
+    #[test]
+    fn an_identity_may_be_pinned_in_part() {
+        assert_eq!(drive("").unwrap().identity, PinnedIdentity::default());
+        let pinned = drive("identity = { vendor = 0x9A, serial = 1001 }").unwrap().identity;
+        assert_eq!(pinned, PinnedIdentity { vendor: Some(154), product: None, serial: Some(1001) });
+        let message = drive("identity = { maker = 1 }").unwrap_err();
+        assert!(message.contains("maker"), "{message}");
     }
 
     #[test]

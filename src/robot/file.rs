@@ -207,6 +207,8 @@ pub struct MakersObject {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Drive {
     pub rated_torque_nm: f64,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub identity: Identity,
     pub rated_torque_unit: Option<TorqueUnit>,
     pub target_torque_of: Option<TargetTorqueOf>,
     pub rated_current_ma: Option<u32>,
@@ -218,6 +220,13 @@ pub struct Drive {
     pub pdo: Option<Pdo>,
     #[serde(default)]
     pub writes: Vec<ObjectWrite>,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+pub struct Identity {
+    pub vendor: Option<u32>,
+    pub product: Option<u32>,
+    pub serial: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]

@@ -216,11 +216,24 @@ pub enum AbortOption {
     Explained,
 }
 
+/// Which drive it must be, by its identity object 1018h; `None` is any.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PinnedIdentity {
+    /// 1018h:01.
+    pub vendor: Option<u32>,
+    /// 1018h:02.
+    pub product: Option<u32>,
+    /// 1018h:04.
+    pub serial: Option<u32>,
+}
+
 /// One drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveConfiguration {
     /// The node id on the bus, 1 to 126.
     pub node: NodeId,
+    /// Which drive it must be.
+    pub identity: PinnedIdentity,
     /// What the drive says of its encoder.
     pub resolution: Resolution,
     /// What 6076h must read.
@@ -250,6 +263,7 @@ impl DriveConfiguration {
     pub fn new(node: NodeId, counts: u32, rated_torque: RatedTorque) -> Self {
         Self {
             node,
+            identity: PinnedIdentity::default(),
             resolution: Resolution::Standard { counts },
             rated_torque,
             torque_reference: TorqueReference::default(),

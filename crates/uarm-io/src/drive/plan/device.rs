@@ -20,7 +20,25 @@ impl Planner<'_> {
     }
 
     pub(super) fn identity(&mut self) -> Finding {
-        self.row(Question::Identity, &objects::VENDOR_ID, Wanted::Words("anything; it is recorded"))
+        let pinned = self.drive.identity;
+        let numbers = [
+            (&objects::VENDOR_ID, pinned.vendor),
+            (&objects::PRODUCT_CODE, pinned.product),
+            (&objects::SERIAL_NUMBER, pinned.serial),
+        ];
+        let mut unknown = None;
+        for (object, number) in numbers {
+            let Some(wanted) = number.map(i64::from) else { continue };
+            let row = self.row(Question::Identity, object, Wanted::Number(wanted));
+            match row.found {
+                Answer::Number(found) if found == wanted => {}
+                // A dictionary file knows no serial number.
+                Answer::Unstated => unknown = Some(row.noting(READ_AT_START)),
+                _ => return row.refusing("the drive that drive.identity names, or its numbers there"),
+            }
+        }
+        let recorded = self.row(Question::Identity, &objects::VENDOR_ID, Wanted::Words("anything; it is recorded"));
+        unknown.unwrap_or(recorded)
     }
 
     pub(super) fn mode(&mut self) -> Finding {

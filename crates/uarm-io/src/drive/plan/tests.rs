@@ -5,8 +5,8 @@ use crate::drive::objects::{self, Object};
 use crate::drive::pdo_objects::{PdoKind, PdoNumber};
 use crate::drive::survey::{Access, Answered, ObjectSource};
 use crate::drive::wishes::{
-    AbortOption, Heartbeats, Resolution, Setting, SyncCounterChoice, SyncPayload, TorqueReference, Watchdog,
-    WatchdogTest,
+    AbortOption, Heartbeats, PinnedIdentity, Resolution, Setting, SyncCounterChoice, SyncPayload, TorqueReference,
+    Watchdog, WatchdogTest,
 };
 use crate::torque::{RatedTorque, TorqueUnit};
 use canopen_rs::{Address, NodeId, Value};
@@ -198,6 +198,33 @@ fn the_sync_counter_is_chosen_by_what_all_drives_have() {
     use SyncCounterChoice::{Auto, Off, On};
     let chosen = [(Auto, true), (Auto, false), (On, false), (Off, true)].map(|(choice, all)| choice.payload(all));
     assert_eq!(chosen, [SyncPayload::Counter, SyncPayload::Empty, SyncPayload::Counter, SyncPayload::Empty]);
+}
+
+#[test]
+fn a_pinned_identity_must_be_the_drives() {
+    let pinned = |identity| DriveConfiguration { identity, ..wishes() };
+    let dictionary = drive().ro(0x1018, 2, 7).ro(0x1018, 4, 1001);
+    let right = PinnedIdentity { vendor: Some(0x55), product: Some(7), serial: Some(1001) };
+    assert_eq!(planned(dictionary.clone(), &pinned(right)).verdict(), Verdict::Works);
+    for (identity, subindex, told) in [
+        (PinnedIdentity { vendor: Some(0x56), ..right }, 1, "1018h:01 (vendor-ID) is 85 (55h), expected 86 (56h)"),
+        (PinnedIdentity { product: Some(8), ..right }, 2, "1018h:02 (product code) is 7, expected 8"),
+        (
+            PinnedIdentity { serial: Some(1002), ..right },
+            4,
+            "1018h:04 (serial number) is 1001 (3E9h), expected 1002 (3EAh)",
+        ),
+    ] {
+        let plan = planned(dictionary.clone(), &pinned(identity));
+        let refused = *plan.refusal().unwrap();
+        assert_eq!((refused.question, refused.object), (Question::Identity, Address::new(0x1018, subindex)));
+        assert!(refused.to_string().starts_with(told), "{refused}");
+    }
+    // A drive without the number is another one; a dictionary file cannot know a serial number.
+    let plan = planned(dictionary.clone().without(0x1018, 4), &pinned(right));
+    assert_eq!(plan.refusal().map(|finding| finding.question), Some(Question::Identity));
+    let plan = planned(dictionary.unstated(0x1018, 4, Access::ReadOnly), &pinned(right));
+    assert_eq!((plan.refusal(), finding(&plan, Question::Identity).verdict), (None, Verdict::WorksWith));
 }
 
 #[test]
