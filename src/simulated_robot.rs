@@ -241,8 +241,10 @@ fn encoder(joint: &Joint) -> anyhow::Result<EncoderDescription> {
 /// # Errors
 /// If the robot file describes drives that cannot be emulated.
 pub fn emulate<P: Plant + Clone>(robot: &Robot, plant: P, pacing: Pacing) -> anyhow::Result<EmulatedRobot<P>> {
-    let [first, second, third] = &robot.description.joints;
-    Ok(EmulatedRobot::new(plant, [drive(first)?, drive(second)?, drive(third)?], pacing)?)
+    let joints = &robot.description.joints;
+    let [first, second, third] = joints;
+    let emulated = EmulatedRobot::new(plant, [drive(first)?, drive(second)?, drive(third)?], pacing)?;
+    Ok(emulated.with_torque_delays(joints.each_ref().map(|joint| joint.torque_delay))?)
 }
 
 /// Shown by the emulated drives (6075h) and used nowhere: the paper prints no motor currents.

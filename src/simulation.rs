@@ -63,7 +63,7 @@ impl SimulatedEnd {
 mod tests {
     use std::path::Path;
 
-    use hinf_control::{Disturbance, Law};
+    use hinf_control::{BaseAcceleration, Disturbance, Law};
 
     use super::*;
     use crate::dimensions::CycleRecord;
@@ -86,6 +86,39 @@ mod tests {
         let settings = Settings::paper(Law::Nonlinear);
         let (end, records) = simulate(&robot, &settings, plant, Vec::new()).unwrap();
         (end.completed("reversed").unwrap(), records)
+    }
+
+    /// L2 of the reduced law on the ideal plant, undisturbed, from the paper's start to the stretched arm, where the loop is
+    /// least stable; with `changes` to the built-in robot file.
+    fn l2_to_the_stretched_arm(changes: &[(&str, &str)]) -> f64 {
+        let stretched = ("end_deg = [80.0, 60.0]", "end_deg = [0.0, 0.0]");
+        let text = changes.iter().chain([&stretched]).fold(BUILT_IN.to_owned(), |text, (from, to)| {
+            assert!(text.contains(from), "{from}");
+            text.replace(from, to)
+        });
+        let mode = Some((Law::Nonlinear, BaseAcceleration::Reduced));
+        let overrides = Overrides { base_acceleration: mode, ..Overrides::default() };
+        let robot = Robot::parse(Path::new("delayed.toml"), &text, &overrides).unwrap();
+        let plant = SimulatedPlant::new(&robot, PlantChoice::Ideal, Disturbance::None).unwrap();
+        let (end, _) = simulate(&robot, &Settings::paper(Law::Nonlinear), plant, Vec::new()).unwrap();
+        end.completed("delayed").unwrap().indices.l2
+    }
+
+    /// The frozen loop has a spectral radius of 0.991 without and of 1.012 with one cycle of delay; with the filter of the
+    /// hardware's robot file it is stable with it.
+    #[test]
+    fn one_cycle_of_delay_makes_the_loop_with_the_papers_filter_swing_up() {
+        const TORQUE: &str = "rated_torque_nm = 0.2,";
+        let undelayed = l2_to_the_stretched_arm(&[]);
+        assert!(undelayed < 0.01, "{undelayed}");
+        let delayed = l2_to_the_stretched_arm(&[(TORQUE, "rated_torque_nm = 0.2, torque_delay_us = 2999,")]);
+        assert!(delayed > 0.2, "{delayed}");
+        let hardware = l2_to_the_stretched_arm(&[
+            (TORQUE, "rated_torque_nm = 0.2, torque_delay_us = 1999,"),
+            ("period_us = 3000", "period_us = 2000"),
+            ("cutoff_rad_per_s = 27.81882", "cutoff_rad_per_s = 150.0"),
+        ]);
+        assert!(hardware < 0.015, "{hardware}");
     }
 
     /// Which way a drive is mounted shows in its counts and in the torques that it is sent, and in nothing else.

@@ -213,6 +213,7 @@ pub struct Drive {
     pub target_torque_of: Option<TargetTorqueOf>,
     pub rated_current_ma: Option<u32>,
     pub torque_applies: Option<TorqueApplies>,
+    pub torque_delay_us: Option<u32>,
     pub watchdog: Option<Watchdog>,
     pub rpdo_timeout_ms: Option<u16>,
     pub watchdog_test: Option<String>,

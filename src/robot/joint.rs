@@ -3,6 +3,7 @@
 use uarm_io::drive::NodeId;
 use uarm_io::encoder::{CounterWidth, CountsPerRevolution, Direction, EncoderConfiguration, JumpLimit};
 use uarm_io::gear::{GearRatio, Transmission};
+use uarm_io::time::Duration;
 use uarm_io::torque::{RatedTorque, TorqueCeiling, TorqueScale, TorqueUnit};
 use uarm_loop::guard::JointLimits;
 use uarm_loop::robot::Joint;
@@ -83,6 +84,7 @@ fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>)
         encoder,
         torque_scale,
         drive,
+        torque_delay: torque_delay(&field("drive.torque_delay_us"), joint, file, check)?,
         torque_limit,
         torque_rate_limit,
         limits: JointLimits { position: [minimum.to_radians(), maximum.to_radians()], velocity },
@@ -193,6 +195,20 @@ fn scale(
     TorqueScale { ceiling: TorqueCeiling::new(per_mille).unwrap_or(TorqueCeiling::RATED), ..scale }
 }
 
+fn torque_delay(
+    field: &str,
+    joint: &file::Joint,
+    file: &RobotFile,
+    check: &Checker<'_>,
+) -> Result<Duration, RobotError> {
+    let microseconds = joint.drive.torque_delay_us.unwrap_or_default();
+    if microseconds < file.control.period_us {
+        Ok(Duration::from_micros(microseconds.into()))
+    } else {
+        Err(check.refuse(field, microseconds, format!("less than control.period_us, {}", file.control.period_us)))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -269,6 +285,20 @@ mod tests {
         assert_eq!(marker(7), Ok(()));
         assert!(marker(256).unwrap_err().contains("joints[0].encoder.power_marker.value"));
         assert!(with(", referenced_bit = 16").unwrap_err().contains("0 to 15"));
+    }
+
+    #[test]
+    fn a_torque_is_later_than_its_command_by_less_than_a_period() {
+        let with = |microseconds: u32| {
+            let from = "rated_torque_nm = 0.2, ";
+            let text = BUILT_IN.replace(from, &format!("{from}torque_delay_us = {microseconds}, "));
+            Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).map_err(|error| error.to_string())
+        };
+        let delays = |robot: &Robot| robot.description.joints.each_ref().map(|joint| joint.torque_delay.as_micros());
+        assert_eq!(delays(&Robot::load(None).unwrap()), [0; 3]);
+        assert_eq!(delays(&with(2_999).unwrap()), [2_999; 3]);
+        let message = with(3_000).unwrap_err();
+        assert!(message.contains("joints[0].drive.torque_delay_us = 3000"), "{message}");
     }
 
     /// In one period of 3 ms the base turns 2.16 degrees at 720 deg/s: 202.4 of 33739 counts, so 203, and one more. The other

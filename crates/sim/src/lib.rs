@@ -97,6 +97,7 @@ pub mod link {
     pub use faulty::{FaultCounts, FaultRateError, FaultRates, FaultyLink};
     pub use in_process::{InProcessError, InProcessLink};
 }
+mod motors;
 pub mod odrive;
 mod outbox;
 pub mod plant;

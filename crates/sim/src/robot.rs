@@ -1,6 +1,7 @@
 //! The emulated robot: a plant, three drives on it, and the rule by which plant time passes.
 
 use crate::drive::{CAPACITY, DriveFault, DriveParameters, EmulatedDrive, Reaction};
+use crate::motors::{Commanded, Motors};
 use crate::outbox::Outbox;
 use crate::plant::{Brake, Plant};
 use crate::robot_on_bus::RobotOnBus;
@@ -51,6 +52,16 @@ pub enum RobotError {
         /// The node id that both have.
         node: u8,
     },
+    /// A torque would act a period or more after its command.
+    #[error("the torque of joint {joint} acts {found:?} after its command, expected less than {limit:?}")]
+    TorqueDelay {
+        /// The joint, counted from 1.
+        joint: usize,
+        /// What was asked for.
+        found: Duration,
+        /// The period of the lockstep, or the longest that a robot on the wall clock may have.
+        limit: Duration,
+    },
     /// The period of the lockstep is out of range.
     #[error("the lockstep period is {found:?}, expected 1 µs to 1 s")]
     Period {
@@ -80,6 +91,7 @@ pub struct EmulatedRobot<P, const N: usize = CAPACITY> {
     plant: P,
     initial: P,
     drives: [EmulatedDrive<N>; 3],
+    motors: Motors,
     pacing: Pacing,
     run: Run,
     /// Which drives were reset since plant time began.
@@ -116,7 +128,39 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
             return Err(RobotError::Period { found: period });
         }
         let initial = plant.clone();
-        Ok(Self { plant, initial, drives, pacing, run: Run::Waiting, reset: [false; 3], now: Instant::default() })
+        let motors = Motors::default();
+        Ok(Self {
+            plant,
+            initial,
+            drives,
+            motors,
+            pacing,
+            run: Run::Waiting,
+            reset: [false; 3],
+            now: Instant::default(),
+        })
+    }
+
+    /// The same robot, whose motors follow a change of torque after `delays`, joint by joint: what a drive takes from the
+    /// instant at which a command acts in it to current in the motor. Shorter than a period. What switches a motor off does
+    /// so at once.
+    ///
+    /// In lockstep the command acts at the SYNC before it, or, from a synchronous RPDO, at the SYNC after it; the delay is then
+    /// plant time, so that a run is the same to the bit whenever frames come.
+    ///
+    /// # Errors
+    /// [`RobotError::TorqueDelay`].
+    pub fn with_torque_delays(self, delays: [Duration; 3]) -> Result<Self, RobotError> {
+        let limit = match self.pacing {
+            Pacing::Lockstep { period } => period,
+            Pacing::WallClock => *PERIODS.end(),
+        };
+        for (found, joint) in delays.into_iter().zip(1..) {
+            if found >= limit {
+                return Err(RobotError::TorqueDelay { joint, found, limit });
+            }
+        }
+        Ok(Self { motors: Motors::new(delays), ..self })
     }
 
     /// Switches the supply on: three boot-up messages.
@@ -159,7 +203,15 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
 
     /// Torques at the motors, N·m.
     pub fn torque(&self) -> Vector3<f64> {
-        Vector3::from(self.drives.each_ref().map(EmulatedDrive::torque))
+        self.motors.torque(&self.commanded())
+    }
+
+    /// What the drives want of the motors, N·m; nothing from a drive whose power stage is off.
+    fn commanded(&self) -> [Commanded; 3] {
+        self.drives.each_ref().map(|drive| Commanded {
+            torque: drive.torque(),
+            power: drive.power_state() == PowerState::OperationEnabled,
+        })
     }
 
     /// What the brakes do.
@@ -171,17 +223,19 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
     pub fn inject(&mut self, joint: Joint, fault: DriveFault) {
         self.catch_up(self.now);
         self.drive_mut(joint).inject(fault);
+        self.command_motors(self.now);
     }
 
     /// Takes the injected faults of a joint's drive away.
     pub fn repair(&mut self, joint: Joint, now: Instant, outbox: &mut Outbox) {
         self.catch_up(now);
         self.drive_mut(joint).repair(now, outbox);
+        self.command_motors(now);
     }
 
     /// The next instant at which a drive does something by itself: [`on_time`](Self::on_time) wants to be called then.
     pub fn next_deadline(&self) -> Option<Instant> {
-        self.drives.iter().filter_map(EmulatedDrive::next_deadline).min()
+        self.drives.iter().filter_map(EmulatedDrive::next_deadline).chain(self.motors.next_change()).min()
     }
 
     /// Does all that is due by `now`, in the order in which it falls due.
@@ -230,6 +284,7 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
     fn act(&mut self, at: Instant, act: impl FnOnce(&mut [EmulatedDrive<N>; 3])) {
         let (torque, brakes) = (self.torque(), self.brakes());
         act(&mut self.drives);
+        self.command_motors(at);
         if (torque, brakes) != (self.torque(), self.brakes()) {
             self.catch_up_with(at, &torque, brakes);
         }
@@ -243,12 +298,21 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
                     self.run = Run::Since(now);
                 }
             }
-            (Run::Since(_), Pacing::Lockstep { period }) => self.advance(self.plant.time() + period),
+            (Run::Since(_), Pacing::Lockstep { period }) => self.advance_in_lockstep(period),
             (Run::Since(_), Pacing::WallClock) => {}
         }
         self.latch_positions();
         for drive in &mut self.drives {
             drive.on_sync(data, now, outbox);
+        }
+        self.command_motors(now);
+    }
+
+    /// On the wall clock, tells the motors what the drives want at `now`. In lockstep they are told with each period.
+    fn command_motors(&mut self, now: Instant) {
+        if self.pacing == Pacing::WallClock {
+            let commanded = self.commanded();
+            self.motors.command(&commanded, now);
         }
     }
 
@@ -264,9 +328,16 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
         }
     }
 
-    fn advance(&mut self, until: Duration) {
-        let (torque, brakes) = (self.torque(), self.brakes());
-        self.plant.advance(until, &torque, brakes);
+    /// Moves the plant on by one period, in which each motor follows the drives' commands after its delay.
+    fn advance_in_lockstep(&mut self, period: Duration) {
+        let (start, commanded, brakes) = (self.plant.time(), self.commanded(), self.brakes());
+        let mut passed = Duration::ZERO;
+        while let Some(delay) = self.motors.next_delay(passed) {
+            self.plant.advance(start + delay, &self.motors.torque(&commanded), brakes);
+            self.motors.follow(delay, &commanded);
+            passed = delay;
+        }
+        self.plant.advance(start + period, &self.motors.torque(&commanded), brakes);
     }
 
     fn latch_positions(&mut self) {
@@ -280,6 +351,7 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
         if self.reset.iter().all(|reset| *reset) {
             self.reset = [false; 3];
             self.run = Run::Waiting;
+            self.motors = self.motors.at_rest();
             self.plant = self.initial.clone();
             self.latch_positions();
         }

@@ -57,6 +57,7 @@ fn joint(name: &str, node: u8, torque_limit: f64) -> Result<Joint, Failure> {
             transmission: Default::default(),
         },
         drive: DriveConfiguration::new(node, COUNTS_PER_REVOLUTION, rated_torque),
+        torque_delay: Duration::ZERO,
         torque_limit,
         torque_rate_limit: 100.0,
         limits: JointLimits { position: [-60.0, 60.0], velocity: FASTEST },

@@ -50,6 +50,8 @@ pub struct Joint {
     pub torque_scale: TorqueScale,
     /// What the master wants of its drive.
     pub drive: DriveConfiguration,
+    /// From the instant at which a command acts in the drive to the torque of the motor; shorter than the loop's period.
+    pub torque_delay: Duration,
     /// Largest torque either way, N·m; zero for the passive joint.
     pub torque_limit: f64,
     /// Largest change of torque, N·m/s; above zero, but for the passive joint.

@@ -50,7 +50,7 @@ impl<const N: usize> EmulatedDrive<N> {
             heartbeat: Ticker::default(),
             master: Watchdog::default(),
             commands: Watchdog::default(),
-            command_waits: false,
+            waiting: Default::default(),
             download: None,
             errors: Errors::default(),
             sent: Default::default(),
@@ -167,8 +167,8 @@ impl<const N: usize> EmulatedDrive<N> {
             return;
         }
         self.send_tpdos(now, outbox);
-        if core::mem::take(&mut self.command_waits) {
-            self.on_command(now, outbox);
+        for frame in core::mem::take(&mut self.waiting).into_iter().flatten() {
+            self.take_pdo(&frame, now, outbox);
         }
     }
 

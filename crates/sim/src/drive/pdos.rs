@@ -42,16 +42,23 @@ impl<const N: usize> EmulatedDrive<N> {
             self.warn(error::PDO_LENGTH, ErrorRegister::COMMUNICATION, now, outbox);
             return;
         }
-        self.node.on_frame(frame.id().as_raw(), frame.data());
         if number == 0 {
             self.commands.feed(now);
         }
         let kind = self.number(Address::new(RPDO + number, TRANSMISSION));
         if kind.is_some_and(|kind| kind <= LAST_SYNCHRONOUS) {
-            self.command_waits = true;
+            if let Some(waiting) = self.waiting.get_mut(usize::from(number)) {
+                *waiting = Some(*frame);
+            }
         } else {
-            self.on_command(now, outbox);
+            self.take_pdo(frame, now, outbox);
         }
+    }
+
+    /// Takes the objects of an RPDO over, and obeys the controlword.
+    pub(super) fn take_pdo(&mut self, frame: &Frame, now: Instant, outbox: &mut Outbox) {
+        self.node.on_frame(frame.id().as_raw(), frame.data());
+        self.on_command(now, outbox);
     }
 
     /// Sends the TPDOs whose turn it is at a SYNC. What is sent on change is looked at now, too.

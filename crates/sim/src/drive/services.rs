@@ -26,7 +26,10 @@ impl<const N: usize> EmulatedDrive<N> {
                 return Reaction::Reset;
             }
             // Without PDOs nobody could command the torque any more.
-            after if before == NmtState::Operational && after != NmtState::Operational => self.switch_off(),
+            after if before == NmtState::Operational && after != NmtState::Operational => {
+                self.waiting = Default::default();
+                self.switch_off();
+            }
             _ => {}
         }
         self.publish();
@@ -58,7 +61,7 @@ impl<const N: usize> EmulatedDrive<N> {
         self.heartbeat = Ticker::default();
         self.master = Watchdog::default();
         self.commands = Watchdog::default();
-        self.command_waits = false;
+        self.waiting = Default::default();
         self.download = None;
         self.errors = Errors::default();
         self.sync_is_wrong = false;

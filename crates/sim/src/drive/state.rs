@@ -44,8 +44,8 @@ pub struct EmulatedDrive<const N: usize = CAPACITY> {
     pub(super) heartbeat: Ticker,
     pub(super) master: Watchdog,
     pub(super) commands: Watchdog,
-    /// A synchronous RPDO waits for the next SYNC.
-    pub(super) command_waits: bool,
+    /// Synchronous RPDOs, which act with all that is in them at the next SYNC.
+    pub(super) waiting: [Option<Frame>; PDOS],
     /// A write in segments, not yet whole.
     pub(super) download: Option<Download>,
     pub(super) errors: Errors,

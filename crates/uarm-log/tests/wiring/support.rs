@@ -74,6 +74,7 @@ pub fn robot() -> Robot<3, 2> {
             36_000,
             RatedTorque::from_millinewton_metres(200).unwrap(),
         ),
+        torque_delay: Duration::ZERO,
         torque_limit: 0.2,
         torque_rate_limit: 1_000.0,
         limits: JointLimits { position: [-1.0, 1.0], velocity: 1_000.0 },
