@@ -46,6 +46,8 @@ pub enum Command {
     Map(commands::map::Arguments),
     /// Compare the velocity estimators on the paper's motion
     Filters(commands::filters::Arguments),
+    /// Tell whether the sampled loop is stable with its period, velocity estimator and delay
+    Stability(commands::stability::Arguments),
     /// Look at this machine's real-time and CAN preconditions, and measure how late it wakes up
     Doctor(commands::doctor::Arguments),
     /// Draw the paper's figures from simulated experiments, as SVG and PNG
@@ -72,6 +74,7 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
         Command::Drive(arguments) => commands::drive::execute(arguments),
         Command::Map(arguments) => commands::map::execute(arguments),
         Command::Filters(arguments) => commands::filters::execute(arguments),
+        Command::Stability(arguments) => commands::stability::execute(arguments),
         Command::Doctor(arguments) => commands::doctor::execute(arguments),
         Command::Figures(arguments) => commands::figures::execute(arguments),
         Command::Train(arguments) => commands::train::execute(arguments),

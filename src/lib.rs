@@ -8,6 +8,7 @@
 //! | [`drives`] | which master drives the robot: CANopen or ODrive |
 //! | [`reference`] | where the joints with incremental encoders are, and whether that still holds |
 //! | [`simulated_robot`], [`simulation`] | a plant behind emulated drives; a run on it in virtual time |
+//! | [`stability`] | is the loop of a robot file stable with the delay of its drives? |
 //! | [`report`], [`inspection`], [`figures`] | what runs and logs tell: for people, in terminals, as figures |
 //! | [`log_files`], [`signals`], [`options`] | where logs go; signals that end a run; choices on command lines |
 //! | [`text_file`] | text files that people write, read in bounded memory |
@@ -37,4 +38,5 @@ pub mod sdo_access;
 pub mod signals;
 pub mod simulated_robot;
 pub mod simulation;
+pub mod stability;
 pub mod text_file;

@@ -13,4 +13,5 @@ pub mod plant;
 pub mod replay;
 pub mod run;
 pub mod show;
+pub mod stability;
 pub mod train;

@@ -1,5 +1,7 @@
 //! The controllers' weights and the estimator: checked.
 
+use std::fmt;
+
 use dem_model::ThreeLinkDem;
 use hinf_control::{AdaptationGuard, AdaptationSettings, BuildContext, Law};
 use uarm_io::encoder::CountsPerRevolution;
@@ -49,4 +51,22 @@ pub(super) fn estimator(
     configuration
         .build()
         .map_err(|error| check.refuse("estimator", error, "settings with which the estimator can be built"))
+}
+
+/// As messages name it: the kind in the file, and its setting.
+impl fmt::Display for file::Estimator {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LowPass { cutoff_rad_per_s } => write!(formatter, "low-pass, {cutoff_rad_per_s} rad/s"),
+            Self::TrackingLoop { bandwidth_rad_per_s } => {
+                write!(formatter, "tracking-loop, {bandwidth_rad_per_s} rad/s")
+            }
+            Self::Kalman { jerk_density_rad2_per_s5 } => {
+                write!(formatter, "kalman, jerk density {jerk_density_rad2_per_s5} rad2/s5")
+            }
+            Self::Levant { jerk_bound_rad_per_s3 } => {
+                write!(formatter, "levant, jerk bound {jerk_bound_rad_per_s3} rad/s3")
+            }
+        }
+    }
 }

@@ -5,6 +5,7 @@ mod place;
 mod realtime;
 mod recording;
 mod session;
+mod stability;
 mod watch;
 
 use std::io::Write;
@@ -116,10 +117,14 @@ pub struct Arguments {
 /// If the robot file is wrong, or an experiment cannot be begun.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let robot = robot(arguments)?;
+    let place = place(arguments);
+    for line in stability::admit(&robot, arguments.controller, &place)? {
+        eprintln!("{line}");
+    }
     let stop = signals::stop_request().context("signal handlers")?;
     let session = Session {
         settings: settings(arguments),
-        place: place(arguments),
+        place,
         realtime: realtime(arguments)?,
         log: arguments.log.clone().unwrap_or_default(),
     };

@@ -8,7 +8,7 @@ use super::sampled_loop::SampledLoop;
 /// The grid of the workspace: multiples of this angle that lie within the joints' limits, and the limits themselves.
 pub const GRID_DEGREES: f64 = 10.0;
 /// Configurations of a task that are looked at: this many steps of equal time from start to end.
-const TASK_STEPS: u32 = 60;
+const TASK_STEPS: u32 = 20;
 
 /// A configuration and the spectral radius there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +91,7 @@ mod tests {
     fn a_task_is_looked_at_from_start_to_end_with_its_tolerance() {
         let reference = QuinticReference::paper();
         let configurations: Vec<_> = task(reference, 0.1).collect();
-        assert_eq!(configurations.len(), 5 * 61);
+        assert_eq!(configurations.len(), 5 * 21);
         assert_eq!(configurations.first(), Some(reference.start()));
         let corner = reference.end() - Vector2::repeat(0.1);
         assert!((configurations.last().unwrap() - corner).norm() < 1e-12);

@@ -1,0 +1,126 @@
+//! What may run on real drives: a loop that is stable along its task.
+
+use anyhow::bail;
+use hinf_control::Law;
+use uarm_loop::stability::TransportDelay;
+use uarm_loop::stability::survey::Worst;
+
+use super::place::Place;
+use crate::robot::Robot;
+use crate::stability::{Analysis, StabilityError};
+
+/// What is to be said before a run of `law` at `place`. On the simulated robot a loop that would be refused is a warning.
+///
+/// Along the task, since the run goes there; elsewhere in the workspace an unstable loop is a warning, and looked for on real
+/// drives only: it takes a moment.
+///
+/// # Errors
+/// If the loop is not stable along the task, and the drives are real.
+pub fn admit(robot: &Robot, law: Law, place: &Place) -> anyhow::Result<Vec<String>> {
+    let drives = matches!(place, Place::Interface(_));
+    let mut analysis = match Analysis::new(robot, law, None) {
+        Ok(analysis) => analysis,
+        Err(StabilityError::NotLinear(error)) => return Ok(vec![format!("stability: not judged: {error}")]),
+        Err(error) if drives => return Err(error.into()),
+        Err(error) => return Ok(vec![format!("stability: on real drives this would be refused: {error}")]),
+    };
+    let task = analysis.along_the_task();
+    if task.is_unstable() {
+        let message = refusal(robot, law, &analysis, &task);
+        if drives {
+            bail!("{message}");
+        }
+        return Ok(vec![format!("stability: on real drives this would be refused: {message}")]);
+    }
+    if !drives {
+        return Ok(Vec::new());
+    }
+    let workspace = analysis.in_the_workspace();
+    if workspace.is_unstable() {
+        return Ok(vec![format!(
+            "stability: the loop is stable along the task, and not everywhere that the joints may go: {}",
+            radius(&workspace)
+        )]);
+    }
+    Ok(Vec::new())
+}
+
+fn radius(worst: &Worst) -> String {
+    let [second, third] = [worst.configuration.x, worst.configuration.y].map(f64::to_degrees);
+    format!("spectral radius {:.4} with joints 2 and 3 at {second:.1} and {third:.1} deg", worst.radius)
+}
+
+fn refusal(robot: &Robot, law: Law, analysis: &Analysis<'_>, task: &Worst) -> String {
+    let [second, third] = analysis.delays().map(TransportDelay::get);
+    format!(
+        "the loop would swing up along the task: {}, expected below 1, with controller {}, a period of {:?}, the estimator {}, \
+         and torques that act {second:.2} and {third:.2} cycles after their counts. What helps: a shorter period, an estimator \
+         with less delay (robots/uarm-hardware.toml has both), drives that apply the torque on reception; `uarm stability` \
+         tells how much",
+        radius(task),
+        law.name(),
+        robot.description.period.duration(),
+        robot.file.estimator,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use hinf_control::BaseAcceleration;
+
+    use super::*;
+    use crate::robot::BUILT_IN;
+    use crate::robot::overrides::Overrides;
+    use crate::simulated_robot::PlantChoice;
+
+    const HARDWARE: Place = Place::Interface(String::new());
+    const SIMULATED: Place = Place::SimulatedVirtualTime(PlantChoice::Uarm);
+
+    fn robot(changes: &[(&str, &str)]) -> Robot {
+        let text = changes.iter().fold(BUILT_IN.to_owned(), |text, (from, to)| {
+            assert!(text.contains(from), "{from}");
+            text.replace(from, to)
+        });
+        let mode = Some((Law::Nonlinear, BaseAcceleration::Reduced));
+        let overrides = Overrides { base_acceleration: mode, ..Overrides::default() };
+        Robot::parse(Path::new("test.toml"), &text, &overrides).unwrap()
+    }
+
+    /// With the bus, 1.13 cycles.
+    const LATE: (&str, &str) = ("rated_torque_nm = 0.2,", "rated_torque_nm = 0.2, torque_delay_us = 2700,");
+
+    #[test]
+    fn real_drives_are_refused_a_loop_that_swings_up() {
+        assert_eq!(admit(&robot(&[]), Law::Nonlinear, &HARDWARE).unwrap(), [""; 0]);
+        let message = admit(&robot(&[LATE]), Law::Nonlinear, &HARDWARE).unwrap_err().to_string();
+        for part in
+            ["1.01", "expected below 1", "3ms", "low-pass, 27.81882 rad/s", "1.13 and 1.13 cycles", "uarm-hardware"]
+        {
+            assert!(message.contains(part), "{part}: {message}");
+        }
+        let [warning] = admit(&robot(&[LATE]), Law::Nonlinear, &SIMULATED).unwrap().try_into().unwrap();
+        assert!(warning.contains("would be refused") && warning.contains(&message), "{warning}");
+    }
+
+    /// With half a cycle the paper's task is stable, and the stretched arm is not.
+    #[test]
+    fn outside_the_task_it_is_a_warning() {
+        let robot = robot(&[("rated_torque_nm = 0.2,", "rated_torque_nm = 0.2, torque_delay_us = 1200,")]);
+        let [warning] = admit(&robot, Law::Nonlinear, &HARDWARE).unwrap().try_into().unwrap();
+        assert!(
+            warning.contains("stable along the task, and not everywhere") && warning.contains("0.0 and 0.0 deg"),
+            "{warning}"
+        );
+        assert_eq!(admit(&robot, Law::Nonlinear, &SIMULATED).unwrap(), [""; 0]);
+    }
+
+    #[test]
+    fn what_is_not_judged_is_said() {
+        let levant =
+            ("kind = \"low-pass\"\ncutoff_rad_per_s = 27.81882", "kind = \"levant\"\njerk_bound_rad_per_s3 = 20.0");
+        let [warning] = admit(&robot(&[levant]), Law::Nonlinear, &HARDWARE).unwrap().try_into().unwrap();
+        assert!(warning.contains("not judged"), "{warning}");
+    }
+}

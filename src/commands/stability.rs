@@ -1,0 +1,168 @@
+//! `uarm stability`: is the sampled loop stable with its period, estimator and delay? Nothing moves, no bus is needed.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use hinf_control::{BaseAcceleration, Law};
+use serde::Serialize;
+use uarm_loop::stability::survey::Worst;
+use uarm_loop::stability::{DelayError, TransportDelay};
+
+use crate::exit::Exit;
+use crate::options::choice;
+use crate::robot::Robot;
+use crate::robot::overrides::Overrides;
+use crate::stability::Analysis;
+
+/// Arguments of `uarm stability`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+The torque is held for a period, velocities come through a filter, and the drive applies the torque some time after the counts
+were latched: each is a delay, and with too much of it the loop swings up. Frozen at rest in one configuration the loop is
+linear, x(k+1) = A x(k). It is stable there if the spectral radius of A is below 1; the distance to 1 is how fast it settles.
+Looked at: the task with its start tolerance, and a grid of the joints' limits, every 10 degrees. docs/theory.md, section 13.
+
+Not in it: friction, which damps; quantisation and saturation; the adaptation of laws that adapt (Φ as it starts); an arm that
+is not as the model says. So below 1 is needed, and no guarantee.
+
+Examples:
+  uarm stability                                              the paper's UARM as the robot file has it
+  uarm stability --base-acceleration reduced --delay 1        1.008 at the task's start, 1.012 with the arm stretched
+  uarm stability --robot robots/uarm-hardware.toml --controller adaptive
+
+Exit code: 0 stable along the task, 1 not. `uarm run --can` refuses what is not.")]
+pub struct Arguments {
+    /// The control law
+    #[arg(long, default_value = Law::Nonlinear.name(), value_parser = choice::<Law>(), value_name = "LAW")]
+    controller: Law,
+    /// The robot file; without it the paper's UARM
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// How controllers 1 and 2 have the base acceleration, instead of the robot file's choice
+    #[arg(long, value_parser = choice::<BaseAcceleration>(), value_name = "MODE")]
+    base_acceleration: Option<BaseAcceleration>,
+    /// The loop's period, such as 3ms or 1ms, instead of the robot file's
+    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    period: Option<Duration>,
+    /// From the latch of the counts to the torque, 0 to 3 cycles, instead of what bus and drives take by the robot file
+    #[arg(long, value_parser = delay, value_name = "CYCLES")]
+    delay: Option<TransportDelay>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+fn delay(text: &str) -> Result<TransportDelay, String> {
+    let cycles: f64 = text.parse().map_err(|_| format!("{text} is no number of cycles"))?;
+    TransportDelay::cycles(cycles).map_err(|error: DelayError| error.to_string())
+}
+
+/// The delays of the table, cycles.
+const TABLE: [f64; 7] = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0];
+
+/// The worst of some configurations.
+#[derive(Debug, Serialize)]
+struct Place {
+    spectral_radius: f64,
+    joints_deg: [f64; 2],
+    stable: bool,
+}
+
+/// The radius along the task with another delay.
+#[derive(Debug, Serialize)]
+struct Row {
+    delay_cycles: f64,
+    spectral_radius: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Report {
+    robot: String,
+    controller: &'static str,
+    period_ms: f64,
+    estimator: String,
+    delay_cycles: [f64; 2],
+    task: Place,
+    workspace: Place,
+    by_delay: Vec<Row>,
+    /// With this delay the loop is unstable along the task; none up to 3 cycles if absent.
+    delay_limit_cycles: Option<f64>,
+}
+
+/// Prints the spectral radius of the loop.
+///
+/// # Errors
+/// If the robot file is wrong, or its estimator is not linear.
+pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let overrides = Overrides {
+        period: arguments.period,
+        base_acceleration: arguments.base_acceleration.map(|mode| (arguments.controller, mode)),
+        ..Overrides::default()
+    };
+    let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
+    let report = report(&robot, arguments)?;
+    let mut output = std::io::stdout().lock();
+    if arguments.json {
+        serde_json::to_writer_pretty(&mut output, &report)?;
+        writeln!(output)?;
+    } else {
+        print(&mut output, &report)?;
+    }
+    Ok(if report.task.stable { Exit::Ok } else { Exit::Failure }.into())
+}
+
+fn report(robot: &Robot, arguments: &Arguments) -> anyhow::Result<Report> {
+    let mut analysis = Analysis::new(robot, arguments.controller, arguments.delay)?;
+    let by_delay = TABLE.map(|cycles| {
+        let delay = TransportDelay::cycles(cycles)?;
+        let spectral_radius = analysis.with_delay(delay).along_the_task().radius;
+        Ok(Row { delay_cycles: cycles, spectral_radius })
+    });
+    Ok(Report {
+        robot: robot.description.name.clone(),
+        controller: arguments.controller.name(),
+        period_ms: robot.description.period.duration().as_secs_f64() * 1e3,
+        estimator: robot.file.estimator.to_string(),
+        delay_cycles: analysis.delays().map(TransportDelay::get),
+        task: place(&analysis.along_the_task()),
+        workspace: place(&analysis.in_the_workspace()),
+        by_delay: by_delay.into_iter().collect::<Result<_, DelayError>>()?,
+        delay_limit_cycles: analysis.delay_limit(),
+    })
+}
+
+fn place(worst: &Worst) -> Place {
+    let Worst { radius, configuration } = *worst;
+    // Half a degree's rounding would print −0.
+    let degrees = |angle: f64| angle.to_degrees() + 0.0;
+    Place {
+        spectral_radius: radius,
+        joints_deg: [degrees(configuration.x), degrees(configuration.y)],
+        stable: !worst.is_unstable(),
+    }
+}
+
+fn print(output: &mut impl Write, report: &Report) -> std::io::Result<()> {
+    let Report { robot, controller, period_ms, estimator, delay_cycles: [second, third], .. } = report;
+    writeln!(output, "{robot}, controller {controller}: a cycle every {period_ms} ms, estimator {estimator}")?;
+    writeln!(
+        output,
+        "torques act {second:.2} (joint 2) and {third:.2} (joint 3) cycles after the counts were latched\n"
+    )?;
+    writeln!(output, "{:<17} {:>15}  {:>17}", "worst", "spectral radius", "at q2, q3 (deg)")?;
+    for (name, place) in [("along the task", &report.task), ("in the workspace", &report.workspace)] {
+        let [q2, q3] = place.joints_deg;
+        let verdict = if place.stable { "stable" } else { "UNSTABLE" };
+        writeln!(output, "{name:<17} {:>15.4}  {q2:>8.1} {q3:>8.1}  {verdict}", place.spectral_radius)?;
+    }
+    writeln!(output, "\n{:<17} {:>15}", "delay (cycles)", "along the task")?;
+    for row in &report.by_delay {
+        writeln!(output, "{:<17.2} {:>15.4}", row.delay_cycles, row.spectral_radius)?;
+    }
+    match report.delay_limit_cycles {
+        Some(limit) => writeln!(output, "unstable along the task from {limit:.2} cycles of delay on"),
+        None => writeln!(output, "stable along the task up to {} cycles of delay", TransportDelay::LONGEST),
+    }
+}

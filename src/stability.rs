@@ -1,0 +1,172 @@
+//! Is the loop stable that a robot file makes with a law? The frozen sampled loop of [`uarm_loop::stability`], with the
+//! period, the estimators and the drives of the file.
+
+use hinf_control::{AdaptationGuard, AnyController, BuildError, Law};
+use nalgebra::Vector2;
+use uarm_io::time::Duration;
+use uarm_loop::robot::Joint;
+use uarm_loop::stability::survey::{Worst, task, workspace, worst};
+use uarm_loop::stability::{DelayError, NotLinear, SampledLoop, TransportDelay};
+
+use crate::dimensions::{ACTIVE, LoopRobot};
+use crate::robot::Robot;
+
+/// Why a loop cannot be judged.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum StabilityError {
+    /// An estimator is not linear.
+    #[error(transparent)]
+    NotLinear(#[from] NotLinear),
+    /// The delay is longer than the analysis reaches.
+    #[error("from the counts to the torque: {0}")]
+    Delay(#[from] DelayError),
+    /// The law cannot be built.
+    #[error(transparent)]
+    Law(#[from] BuildError),
+}
+
+/// A robot's loop with one law, to be looked at in its configurations.
+#[derive(Clone, Debug)]
+pub struct Analysis<'a> {
+    robot: &'a LoopRobot,
+    sampled: SampledLoop,
+    controller: AnyController<f64>,
+    delays: [TransportDelay; ACTIVE],
+}
+
+impl<'a> Analysis<'a> {
+    /// The loop of `robot` with `law`, whose torques act `delay` after the counts were latched; without it, when the robot
+    /// file's drives apply them.
+    ///
+    /// # Errors
+    /// [`StabilityError`] if it cannot be judged.
+    pub fn new(robot: &'a Robot, law: Law, delay: Option<TransportDelay>) -> Result<Self, StabilityError> {
+        let description = &robot.description;
+        let [base, second, third] = &description.joints;
+        let delays = match delay {
+            Some(delay) => [delay; ACTIVE],
+            None => [drive_delay(description, second)?, drive_delay(description, third)?],
+        };
+        let estimators = [&base.estimator, &second.estimator, &third.estimator];
+        Ok(Self {
+            robot: description,
+            sampled: SampledLoop::new(robot.model, estimators, description.period, delays)?,
+            controller: robot.controller(law, AdaptationGuard::None)?,
+            delays,
+        })
+    }
+
+    /// From the latch of the counts to the torque, joint by joint.
+    pub const fn delays(&self) -> [TransportDelay; ACTIVE] {
+        self.delays
+    }
+
+    /// The same loop with another delay.
+    #[must_use]
+    pub fn with_delay(&self, delay: TransportDelay) -> Self {
+        let delays = [delay; ACTIVE];
+        Self { sampled: self.sampled.with_delays(delays), delays, ..self.clone() }
+    }
+
+    /// The worst configuration that the task visits, its start tolerance included.
+    pub fn along_the_task(&mut self) -> Worst {
+        let configurations = task(self.robot.task.reference, self.robot.task.start_tolerance);
+        worst(&self.sampled, &mut self.controller, configurations).unwrap_or(NOWHERE)
+    }
+
+    /// The worst configuration within the joints' limits.
+    pub fn in_the_workspace(&mut self) -> Worst {
+        let [_, second, third] = &self.robot.joints;
+        let limits = [second.limits.position, third.limits.position];
+        worst(&self.sampled, &mut self.controller, workspace(limits)).unwrap_or(NOWHERE)
+    }
+
+    /// The shortest delay, in hundredths of a cycle, with which the loop is unstable along the task; `None` if there is none
+    /// up to [`TransportDelay::LONGEST`].
+    pub fn delay_limit(&self) -> Option<f64> {
+        let unstable = |hundredths: u32| {
+            let delay = TransportDelay::cycles(f64::from(hundredths) / 100.0).ok()?;
+            Some(self.with_delay(delay).along_the_task().is_unstable())
+        };
+        let tenth = (0..).step_by(10).map_while(|at| Some((at, unstable(at)?))).find(|(_, unstable)| *unstable)?.0;
+        let first = (tenth.saturating_sub(9)..tenth).find(|at| unstable(*at) == Some(true));
+        Some(f64::from(first.unwrap_or(tenth)) / 100.0)
+    }
+}
+
+/// No configuration was looked at. There always is one; if not, nothing is known to be stable.
+const NOWHERE: Worst = Worst { radius: f64::NAN, configuration: Vector2::new(f64::NAN, f64::NAN) };
+
+/// From the SYNC that latches the counts to the torque of a joint's motor: the frames of a cycle, at their longest, and what
+/// the drive takes from there. What the computer needs for its part, some ten microseconds, is not in it.
+fn drive_delay(robot: &LoopRobot, joint: &Joint) -> Result<TransportDelay, DelayError> {
+    TransportDelay::of(command_delay(robot, joint) + joint.torque_delay, robot.period)
+}
+
+/// From the SYNC that latches the counts to the instant at which the command acts in the drive.
+pub fn command_delay(robot: &LoopRobot, _joint: &Joint) -> Duration {
+    robot.bus.time.cyclic
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use hinf_control::BaseAcceleration;
+
+    use super::*;
+    use crate::robot::BUILT_IN;
+    use crate::robot::overrides::Overrides;
+
+    fn reduced(changes: &[(&str, &str)]) -> Robot {
+        let text = changes.iter().fold(BUILT_IN.to_owned(), |text, (from, to)| text.replace(from, to));
+        let mode = Some((Law::Nonlinear, BaseAcceleration::Reduced));
+        let overrides = Overrides { base_acceleration: mode, ..Overrides::default() };
+        Robot::parse(Path::new("test.toml"), &text, &overrides).unwrap()
+    }
+
+    fn radii(robot: &Robot, cycles: f64) -> [f64; 2] {
+        let delay = TransportDelay::cycles(cycles).unwrap();
+        let mut analysis = Analysis::new(robot, Law::Nonlinear, Some(delay)).unwrap();
+        [analysis.along_the_task(), analysis.in_the_workspace()].map(|worst| worst.radius)
+    }
+
+    /// 0.991 without delay, 1.012 with one cycle; the task is best there without its tolerance, 1.008.
+    #[test]
+    fn the_robot_file_is_what_is_judged() {
+        let robot = reduced(&[("start_tolerance_deg = 2.0", "start_tolerance_deg = 0.0")]);
+        for (cycles, expected) in [(0.0, [0.991, 0.991]), (1.0, [1.008, 1.012])] {
+            let found = radii(&robot, cycles);
+            assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 5e-4), "{found:?}");
+        }
+        let slow = reduced(&[("period_us = 3000", "period_us = 10000")]);
+        assert!((radii(&slow, 0.0)[1] - 1.057).abs() < 5e-4);
+        let levant = reduced(&[(
+            "kind = \"low-pass\"\ncutoff_rad_per_s = 27.81882",
+            "kind = \"levant\"\njerk_bound_rad_per_s3 = 20.0",
+        )]);
+        assert!(matches!(Analysis::new(&levant, Law::Nonlinear, None), Err(StabilityError::NotLinear(NotLinear))));
+    }
+
+    /// A cycle's frames take 695 us of 3 ms; 1500 us are half a period.
+    #[test]
+    fn the_delay_is_the_bus_and_the_drive() {
+        let delays =
+            |robot: &Robot| Analysis::new(robot, Law::Nonlinear, None).unwrap().delays().map(TransportDelay::get);
+        assert!(delays(&reduced(&[])).iter().all(|delay| (delay - 0.695 / 3.0).abs() < 1e-3));
+        let changed = [("rated_torque_nm = 0.2,", "rated_torque_nm = 0.2, torque_delay_us = 1500,")];
+        assert!(delays(&reduced(&changed)).iter().all(|delay| (delay - 0.695 / 3.0 - 0.5).abs() < 1e-3));
+    }
+
+    #[test]
+    fn the_delay_limit_is_where_the_task_becomes_unstable() {
+        let robot = reduced(&[]);
+        let limit = Analysis::new(&robot, Law::Nonlinear, None).unwrap().delay_limit().unwrap();
+        assert!(radii(&robot, limit)[0] >= 1.0 && radii(&robot, limit - 0.01)[0] < 1.0, "{limit}");
+        // With the base acceleration eliminated the disturbance weighs more and the feedback less.
+        let mut overrides = Overrides { period: Some(Duration::from_millis(1)), ..Overrides::default() };
+        overrides.base_acceleration = Some((Law::Nonlinear, BaseAcceleration::Eliminated));
+        let stable = Robot::parse(Path::new("test.toml"), BUILT_IN, &overrides).unwrap();
+        assert_eq!(Analysis::new(&stable, Law::Nonlinear, None).unwrap().delay_limit(), None);
+    }
+}
