@@ -3,6 +3,7 @@
 
 use hinf_control::{AdaptationGuard, AnyController, BuildError, Law};
 use nalgebra::Vector2;
+use uarm_io::drive::wishes::TorqueApplies;
 use uarm_io::time::Duration;
 use uarm_loop::robot::Joint;
 use uarm_loop::stability::survey::{Worst, task, workspace, worst};
@@ -104,8 +105,11 @@ fn drive_delay(robot: &LoopRobot, joint: &Joint) -> Result<TransportDelay, Delay
 }
 
 /// From the SYNC that latches the counts to the instant at which the command acts in the drive.
-pub fn command_delay(robot: &LoopRobot, _joint: &Joint) -> Duration {
-    robot.bus.time.cyclic
+fn command_delay(robot: &LoopRobot, joint: &Joint) -> Duration {
+    match joint.drive.torque_applies {
+        TorqueApplies::OnReception => robot.bus.time.cyclic,
+        TorqueApplies::AtSync => robot.period.duration(),
+    }
 }
 
 #[cfg(test)]
@@ -156,6 +160,9 @@ mod tests {
         assert!(delays(&reduced(&[])).iter().all(|delay| (delay - 0.695 / 3.0).abs() < 1e-3));
         let changed = [("rated_torque_nm = 0.2,", "rated_torque_nm = 0.2, torque_delay_us = 1500,")];
         assert!(delays(&reduced(&changed)).iter().all(|delay| (delay - 0.695 / 3.0 - 0.5).abs() < 1e-3));
+        let at_sync = "rated_torque_nm = 0.2, torque_applies = \"at-sync\", torque_delay_us = 600,";
+        let robot = reduced(&[("rated_torque_nm = 0.2,", at_sync)]);
+        assert!(delays(&robot).iter().all(|delay| (delay - 1.2).abs() < 1e-9));
     }
 
     #[test]
@@ -168,5 +175,18 @@ mod tests {
         overrides.base_acceleration = Some((Law::Nonlinear, BaseAcceleration::Eliminated));
         let stable = Robot::parse(Path::new("test.toml"), BUILT_IN, &overrides).unwrap();
         assert_eq!(Analysis::new(&stable, Law::Nonlinear, None).unwrap().delay_limit(), None);
+    }
+
+    /// The file for hardware, with all that it says of its drives: a cycle and a quarter.
+    #[test]
+    fn the_robot_file_for_hardware_is_stable_with_every_law() {
+        let robot = Robot::load(Some(Path::new("robots/uarm-hardware.toml"))).unwrap();
+        for law in Law::ALL {
+            let mut analysis = Analysis::new(&robot, law, None).unwrap();
+            assert!(analysis.delays().iter().all(|delay| (delay.get() - 1.25).abs() < 0.01));
+            for worst in [analysis.along_the_task(), analysis.in_the_workspace()] {
+                assert!(worst.radius < 0.998, "{}: {worst:?}", law.name());
+            }
+        }
     }
 }

@@ -88,15 +88,14 @@ mod tests {
         Robot::parse(Path::new("test.toml"), &text, &overrides).unwrap()
     }
 
-    /// With the bus, 1.13 cycles.
-    const LATE: (&str, &str) = ("rated_torque_nm = 0.2,", "rated_torque_nm = 0.2, torque_delay_us = 2700,");
+    const LATE: (&str, &str) = ("rated_torque_nm = 0.2,", "rated_torque_nm = 0.2, torque_applies = \"at-sync\",");
 
     #[test]
     fn real_drives_are_refused_a_loop_that_swings_up() {
         assert_eq!(admit(&robot(&[]), Law::Nonlinear, &HARDWARE).unwrap(), [""; 0]);
         let message = admit(&robot(&[LATE]), Law::Nonlinear, &HARDWARE).unwrap_err().to_string();
         for part in
-            ["1.01", "expected below 1", "3ms", "low-pass, 27.81882 rad/s", "1.13 and 1.13 cycles", "uarm-hardware"]
+            ["1.00", "expected below 1", "3ms", "low-pass, 27.81882 rad/s", "1.00 and 1.00 cycles", "uarm-hardware"]
         {
             assert!(message.contains(part), "{part}: {message}");
         }
