@@ -40,7 +40,7 @@ pub enum Command {
     Check(commands::check::Arguments),
     /// Be the robot: emulated CANopen drives and their plant on a CAN interface
     Plant(commands::plant::Arguments),
-    /// Commission drives: who is on the bus, which way a joint counts
+    /// Commission drives: who is on the bus, which way a joint counts, where it is, does it move
     Drive(commands::drive::Arguments),
     /// Map a space manipulator to its dynamically equivalent manipulator (Table 1 to Table 2)
     Map(commands::map::Arguments),

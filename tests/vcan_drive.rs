@@ -3,8 +3,10 @@
 
 mod vcan_support;
 
+use rustix::process::Signal;
 use serde_json::Value;
 use std::process::Output;
+use std::time::Duration;
 use vcan_support::bus::{Bus, Seen};
 use vcan_support::process::{Robot, Running, Scheduling, controller, describe, finish, succeed};
 use vcan_support::{INTERFACE, Workshop};
@@ -13,6 +15,13 @@ use vcan_support::{INTERFACE, Workshop};
 const SDO_REQUEST: u16 = 0x600;
 /// The command specifiers *initiate upload* and *upload segment*, upper three bits of the first byte (CiA 301, 7.2.4.3).
 const UPLOADS: [u8; 2] = [2, 3];
+
+/// NMT *stop remote node* to node 2 (CiA 301, 7.2.8.3.1).
+const NMT_STOP_NODE_2: [u8; 2] = [2, 2];
+/// RPDO1 of node 2, the first driven joint.
+const COMMAND: u16 = 0x202;
+/// Longer than anything here takes, in a guest that computes what is stable too.
+const LONG: Duration = Duration::from_secs(120);
 
 /// Runs `uarm drive` to its end, which must be a success.
 fn drive(workshop: &Workshop, arguments: &[&str]) -> Output {
@@ -65,7 +74,7 @@ fn a_scan_beside_a_run_tells_of_its_master_and_leaves_it_alone() {
     let bus = Bus::open();
     let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
     let running = Running::start(&mut controller(&workshop, &["--hold", "5s"]));
-    bus.wait_for_motion();
+    bus.wait_for("torque", LONG, |seen| seen.id == COMMAND && seen.u16(2) != 0);
     let found = json(&drive(&workshop, &["scan", "--can", INTERFACE, "--seconds", "1", "--json"]));
     let master = found["master"].as_array().unwrap();
     assert!(master.iter().any(|sign| sign == "SYNC"), "{found}");
@@ -140,4 +149,35 @@ fn an_incremental_robot_runs_with_a_reference_only_and_not_after_its_power_was_l
     let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
     workshop.write_robot(&[INCREMENTAL]);
     refused("has lost its power");
+}
+
+#[test]
+fn a_torque_test_that_is_interrupted_brakes_and_nobody_else_gets_a_torque() {
+    let workshop = Workshop::new("torque");
+    let bus = Bus::open();
+    let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
+    let robot_file = workshop.robot();
+    let test = ["drive", "torque-test", "--can", INTERFACE, "--node", "2", "--per-mille", "20", "--robot"];
+    let refused = workshop.command().args(test).arg(&robot_file).output().unwrap();
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(describe(&refused).contains("no terminal"), "{}", describe(&refused));
+    bus.drain();
+
+    let running = Running::start(workshop.command().args(test).arg(&robot_file).arg("--yes"));
+    bus.wait_for("torque", LONG, |seen| seen.id == COMMAND && seen.u16(2) != 0);
+    running.signal(Signal::INT);
+    let output = running.end();
+    assert_eq!(output.status.code(), Some(1), "{}", describe(&output));
+    assert!(
+        describe(&output).contains("Interrupted") && describe(&output).contains("brake closed"),
+        "{}",
+        describe(&output)
+    );
+    let seen = bus.drain();
+    let last = seen.iter().rev().find(|seen| seen.id == COMMAND).expect("commands");
+    assert_eq!(last.u16(2), 0, "torque in the last command");
+    // CiA 402: quick stop is bit 2 cleared with bit 1 set.
+    assert!(seen.iter().any(|seen| seen.id == COMMAND && seen.u16(0) & 0b110 == 0b010), "quick stop");
+    assert!(seen.iter().any(|seen| seen.id == 0 && seen.data == NMT_STOP_NODE_2), "NMT stop");
+    assert!(!seen.iter().any(|seen| matches!(seen.id, 0x201 | 0x203)), "the other drives get no command");
 }

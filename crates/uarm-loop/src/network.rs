@@ -1,9 +1,9 @@
 //! What the CANopen master must know of a robot's drives.
 
 use uarm_io::drive::network::{ConfigurationError, NetworkConfiguration};
-use uarm_io::drive::wishes::{HeartbeatError, Heartbeats};
+use uarm_io::drive::wishes::{DriveConfiguration, HeartbeatError, Heartbeats};
 
-use crate::robot::Robot;
+use crate::robot::{Joint, Robot};
 
 /// Why a robot's drives cannot be described to the master.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -22,7 +22,21 @@ impl<const J: usize, const N: usize> Robot<J, N> {
     /// # Errors
     /// [`NetworkError`] if the drives' objects cannot hold what the description says.
     pub fn network_configuration(&self) -> Result<NetworkConfiguration<J>, NetworkError> {
-        let drives = self.joints.each_ref().map(|joint| joint.drive.clone());
+        self.configuration_of(self.joints.each_ref().map(|joint| joint.drive.clone()))
+    }
+
+    /// The master's configuration for the drive of one joint alone.
+    ///
+    /// # Errors
+    /// As [`Robot::network_configuration`].
+    pub fn network_configuration_of(&self, joint: &Joint) -> Result<NetworkConfiguration<1>, NetworkError> {
+        self.configuration_of([joint.drive.clone()])
+    }
+
+    fn configuration_of<const K: usize>(
+        &self,
+        drives: [DriveConfiguration; K],
+    ) -> Result<NetworkConfiguration<K>, NetworkError> {
         let mut configuration = NetworkConfiguration::new(drives, self.period.duration())?;
         let bus = &self.bus;
         configuration.heartbeats =

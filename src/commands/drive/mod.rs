@@ -6,6 +6,7 @@ mod node;
 mod patient_link;
 mod reference;
 mod scan;
+mod torque_test;
 
 use std::process::ExitCode;
 
@@ -26,6 +27,8 @@ enum Command {
     Direction(direction::Arguments),
     /// Tell where the joints with incremental encoders are, in a pose that somebody confirms
     Reference(reference::Arguments),
+    /// Put a small torque on one joint, watched: does it move, and which way does it count then? THE MOTOR MOVES
+    TorqueTest(torque_test::Arguments),
 }
 
 /// Runs a step.
@@ -37,5 +40,6 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         Command::Scan(arguments) => scan::execute(arguments),
         Command::Direction(arguments) => direction::execute(arguments),
         Command::Reference(arguments) => reference::execute(arguments),
+        Command::TorqueTest(arguments) => torque_test::execute(arguments),
     }
 }

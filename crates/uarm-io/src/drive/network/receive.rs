@@ -56,10 +56,10 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             node.health.malformed += 1;
             Event::Nothing
         });
-        if let Event::Heartbeat(_, NmtState::Initialising) = event {
-            if let Some(rebooted) = node.boot_up() {
-                self.disturb(rebooted);
-            }
+        if let Event::Heartbeat(_, NmtState::Initialising) = event
+            && let Some(rebooted) = node.boot_up()
+        {
+            self.disturb(rebooted);
         }
         if twins {
             self.disturb(Disturbance::Twins { node: id });
