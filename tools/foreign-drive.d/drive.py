@@ -109,6 +109,7 @@ class Drive:
         self._load(kept)
         self._react()
         self._show()
+        self.objects.write(0x6064, 0, self.counts())
 
     def _load(self, kept):
         for (index, subindex), value in self.objects.defaults.items():

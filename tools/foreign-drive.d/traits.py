@@ -125,6 +125,9 @@ TRAITS = [
     refused("no-torque-mode", "6502"),
     refused("wrong-mode-display", "6061", power=Power.SWITCHED_ON),
     refused("reboots", "boot", dictionary="", event=reboots),
+    works("pinned", dictionary="", drive="rated_torque_nm = 0.2, identity = { product = 0x46524742, serial = 1002 }"),
+    refused("pinned-other", "1018", dictionary="", drive="rated_torque_nm = 0.2, identity = { serial = 1003 }"),
+    works("found-enabled", dictionary="", brake_openings=2, event=is_enabled),
     Trait("killed", exit=KILLED, must_send=HEARTBEAT_LOST, event=is_left_alone),
 ]
 
