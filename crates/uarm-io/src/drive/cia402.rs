@@ -77,6 +77,11 @@ impl PowerState {
         }
     }
 
+    /// True where the power stage is on, or may be.
+    pub const fn has_power(self) -> bool {
+        matches!(self, Self::SwitchedOn | Self::OperationEnabled | Self::QuickStopActive | Self::FaultReactionActive)
+    }
+
     /// The command that brings a drive in this state one step nearer to *Operation enabled*; `None` where one can only
     /// wait.
     pub const fn command_towards_operation(self) -> Option<Command> {

@@ -3,8 +3,8 @@
 use super::disturbance::Disturbance;
 use super::master::{DriveNetwork, Stage};
 use super::receive::Event;
-use crate::drive::cia402::Statusword;
-use crate::drive::objects::{Object, STATUSWORD};
+use crate::drive::cia402::{Command, Controlword, Statusword};
+use crate::drive::objects::{CONTROLWORD, Object, STATUSWORD};
 use crate::drive::sdo::{self, Expected, Patience, SdoError, SdoPort};
 use crate::drive::wishes::Setting;
 use crate::frame::Frame;
@@ -160,6 +160,12 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
         self.address(node);
         let patience = self.patience();
         sdo::write(self, patience, node, setting.address, setting.value)
+    }
+
+    /// Sends a controlword to a drive that takes no PDO.
+    pub(super) fn command_by_sdo(&mut self, node: NodeId, command: Command) -> Result<(), SdoError<L::Error>> {
+        let controlword = Value::Unsigned16(Controlword::of(command).bits());
+        self.write(node, &Setting::of(&CONTROLWORD, controlword))
     }
 
     /// Emergencies from before the first SDO to a drive were about its past, such as a heartbeat lost in the last run.

@@ -173,19 +173,17 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
 
     /// A drive may keep its power through a reset of its communication, and may not have listened to RPDO1 before it.
     fn switch_off(&mut self, node: NodeId) -> Outcome<(), L> {
-        let powered = |state| matches!(state, PowerState::OperationEnabled | PowerState::QuickStopActive);
         let waited = self.network.configuration.timeouts.power;
         let deadline = self.clock.now() + waited;
         loop {
             let found = self.statusword(node)?;
-            if !found.state().is_some_and(powered) {
+            if !found.state().is_some_and(PowerState::has_power) {
                 return Ok(());
             }
             if self.clock.now() >= deadline {
                 return Err(self.not_reached(node, PowerState::SwitchOnDisabled, found, waited));
             }
-            let off = Value::Unsigned16(Controlword::of(Command::DisableVoltage).bits());
-            self.write(node, &Setting::new(objects::CONTROLWORD.address(), off))?;
+            self.command_by_sdo(node, Command::DisableVoltage)?;
             self.pause(self.network.configuration.timeouts.power_poll)?;
         }
     }

@@ -88,11 +88,17 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         StopReport { drives }
     }
 
-    /// Sends `command` with torque 0 to every drive, then waits for each to be in a state that is `wanted`.
-    fn command_all(&mut self, command: Command, wanted: impl Fn(PowerState) -> bool) -> [Confirmation; JOINTS] {
-        let command = DriveCommand { controlword: Controlword::of(command), target_torque: 0 };
+    /// Sends `order` with torque 0 to every drive, then waits for each to be in a state that is `wanted`.
+    fn command_all(&mut self, order: Command, wanted: impl Fn(PowerState) -> bool) -> [Confirmation; JOINTS] {
+        let command = DriveCommand { controlword: Controlword::of(order), target_torque: 0 };
         let sent = self.nodes().map(|node| (node, self.network.command(node, &command).is_ok()));
         let deadline = self.begin_step(self.network.configuration.timeouts.stop);
+        for node in self.nodes() {
+            // Outside Operational a drive takes no PDO. What became of this is seen below.
+            if self.nmt_state(node) != Some(NmtState::Operational) {
+                let _ = self.command_by_sdo(node, order);
+            }
+        }
         let confirmations = sent.map(|(node, sent)| match sent {
             false => Confirmation::NotSent,
             true if self.comes_to(node, deadline, &wanted) => Confirmation::Confirmed,
@@ -132,7 +138,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     }
 
     /// Reads the statusword of `node` until its state is `wanted`; false after silence, a failing link or `deadline`.
-    fn comes_to(&mut self, node: NodeId, deadline: Instant, wanted: &impl Fn(PowerState) -> bool) -> bool {
+    pub(super) fn comes_to(&mut self, node: NodeId, deadline: Instant, wanted: &impl Fn(PowerState) -> bool) -> bool {
         loop {
             let Ok(found) = self.statusword(node) else { return false };
             if found.state().is_some_and(wanted) {

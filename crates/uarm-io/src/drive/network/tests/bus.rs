@@ -54,6 +54,9 @@ pub struct Script {
     pub faults_without_commands: bool,
 }
 
+/// Command specifier of a download that a server confirms (CiA 301).
+const DOWNLOADED: u8 = 0x60;
+
 #[derive(Debug)]
 pub struct FakeDrive {
     pub node: NodeId,
@@ -205,10 +208,9 @@ impl FakeDrive {
         let mode = self.script.shows_mode.map_or(written, Value::Integer8);
         self.dictionary.set(MODE_OF_OPERATION_DISPLAY.address(), mode).unwrap();
         let mut answer = self.server.handle(&mut self.dictionary, &request)?;
-        if let ([0x2B, low, high, ..], true) = (request, address == CONTROLWORD.address()) {
-            let word = u16::from_le_bytes([request[4], request[5]]);
-            assert_eq!([low, high], [0x40, 0x60]);
-            self.on_command(DriveCommand { controlword: Controlword::from_bits(word), target_torque: 0 });
+        if address == CONTROLWORD.address() && answer[0] == DOWNLOADED {
+            let controlword = Controlword::from_bits(u16::from_le_bytes([request[4], request[5]]));
+            self.on_command(DriveCommand { controlword, target_torque: 0 });
         }
         if self.script.no_size && answer[0] & 0xE3 == 0x43 {
             answer[0] = 0x42;

@@ -1,7 +1,7 @@
 use super::bus::enabling;
 use super::configuration::LISTEN;
 use super::*;
-use crate::drive::cia402::PowerState;
+use crate::drive::cia402::{Command, Controlword, PowerState};
 use crate::drive::network::LastDefence;
 use crate::drive::objects::*;
 use crate::drive::survey::Answer;
@@ -221,6 +221,40 @@ fn a_drive_without_the_mode_is_refused_before_anything_is_written_or_commanded()
     );
     assert_eq!(writes(&network, 1), []);
     assert!(network.link().drives.iter().all(|drive| drive.commands.is_empty()));
+}
+
+#[test]
+fn a_drive_that_is_found_enabled_is_disabled_before_anything_else_is_written() {
+    let mut network = network();
+    network.link_mut().drives[1].power = PowerState::OperationEnabled;
+    start(&mut network).unwrap();
+    assert_eq!(writes(&network, 2).first(), Some(&CONTROLWORD.address()));
+    let first = network.link().drives[1].commands[0].controlword;
+    assert_eq!(first, Controlword::of(Command::DisableVoltage));
+    assert_eq!(network.link().drives[1].power, PowerState::OperationEnabled);
+    assert!(!writes(&network, 1).contains(&CONTROLWORD.address()), "those without power are left alone");
+}
+
+#[test]
+fn a_drive_that_keeps_its_power_refuses_the_start() {
+    let mut network = network();
+    network.link_mut().drives[1].power = PowerState::OperationEnabled;
+    network.link_mut().drives[1].script.stuck_in = Some(PowerState::OperationEnabled);
+    let error = start(&mut network).unwrap_err();
+    assert!(matches!(error, StartError::NotReached { node: 2, expected: PowerState::SwitchOnDisabled, .. }), "{error}");
+}
+
+/// In *Pre-operational* a drive takes no PDO.
+#[test]
+fn a_stop_reaches_a_drive_that_is_enabled_before_nmt_start() {
+    let mut network = network();
+    network.link_mut().drives[0].script.never_boots = true;
+    network.link_mut().drives[1].power = PowerState::OperationEnabled;
+    start(&mut network).unwrap_err();
+    let clock = network.link().clock.clone();
+    let report = network.stop(&clock);
+    assert_eq!(report.drives[1].power_off, Confirmation::Confirmed);
+    assert_eq!(network.link().drives[1].power, PowerState::SwitchOnDisabled);
 }
 
 #[test]
