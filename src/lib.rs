@@ -11,6 +11,7 @@
 //! | [`stability`] | is the loop of a robot file stable with the delay of its drives? |
 //! | [`report`], [`inspection`], [`figures`] | what runs and logs tell: for people, in terminals, as figures |
 //! | [`log_files`], [`signals`], [`options`] | where logs go; signals that end a run; choices on command lines |
+//! | [`console`], [`output_files`] | standard output and error; files that commands write |
 //! | [`text_file`] | text files that people write, read in bounded memory |
 //! | [`exit`], [`error_text`] | exit codes; errors in words |
 //! | [`bus_observation`] | what is heard on a bus by somebody who sends nothing |
@@ -23,6 +24,7 @@
 pub mod bus_observation;
 pub mod cli;
 pub mod commands;
+pub mod console;
 pub mod dimensions;
 pub mod drives;
 pub mod error_text;
@@ -31,6 +33,7 @@ pub mod figures;
 pub mod inspection;
 pub mod log_files;
 pub mod options;
+pub mod output_files;
 pub mod reference;
 pub mod report;
 pub mod robot;

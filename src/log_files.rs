@@ -26,13 +26,16 @@ pub enum LogChoice {
 }
 
 impl FromStr for LogChoice {
-    type Err = std::convert::Infallible;
+    type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        Ok(match text {
-            "none" => Self::None,
-            file => Self::File(file.into()),
-        })
+        match text {
+            "none" => Ok(Self::None),
+            "" | "-" | "off" | "no" | "false" => {
+                Err("expected the name of a new file, or none (./off is a file of that name)".to_owned())
+            }
+            file => Ok(Self::File(file.into())),
+        }
     }
 }
 
@@ -111,6 +114,10 @@ mod tests {
         assert!(format!("{error:#}").contains("never overwritten"), "{error:#}");
         assert!(LogChoice::File("/dev/null".into()).create("fuzzy").unwrap().is_some());
         assert!(LogChoice::None.create("fuzzy").unwrap().is_none());
+        for mistake in ["-", "off", ""] {
+            assert!(mistake.parse::<LogChoice>().unwrap_err().contains("or none"), "{mistake}");
+        }
+        assert_eq!("./off".parse(), Ok(LogChoice::File("./off".into())));
         fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -8,7 +8,7 @@ use clap::Parser;
 
 fn main() -> ExitCode {
     uarm::cli::execute(&uarm::cli::CommandLine::parse().command).unwrap_or_else(|error| {
-        eprintln!("uarm: {}", uarm::error_text::with_causes(&error));
+        uarm::console::tell(format_args!("uarm: {}", uarm::error_text::with_causes(&error)));
         uarm::exit::Exit::Failure.into()
     })
 }

@@ -1,12 +1,70 @@
 //! Choices on command lines: what [`Choice`] names, as clap reads and lists it.
 
+use std::time::Duration;
+
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use uarm_loop::choice::Choice;
+use uarm_loop::period::Period;
 
 /// A parser for a choice, which lists each value with its description in the help text.
 pub fn choice<C: Choice>() -> impl TypedValueParser<Value = C> {
     let values = C::ALL.iter().map(|choice| PossibleValue::new(choice.name()).help(choice.description()));
     PossibleValuesParser::new(values).try_map(|name| C::from_name(&name).ok_or("not one of the possible values"))
+}
+
+/// The longest hold and approach: as long as a robot file's.
+const LONGEST: Duration = Duration::from_secs(3600);
+
+/// The period of a loop.
+///
+/// # Errors
+/// What was expected, if it is none.
+pub fn period(text: &str) -> Result<Duration, String> {
+    let expected = format!(
+        "expected a whole number of microseconds from {:?} to {:?}, such as 3ms",
+        Period::SHORTEST,
+        Period::LONGEST
+    );
+    let period = humantime::parse_duration(text)
+        .ok()
+        .filter(|period| Period::new(*period).is_some() && period.as_nanos().is_multiple_of(1_000));
+    period.ok_or(expected)
+}
+
+/// How long the end of a motion is held.
+///
+/// # Errors
+/// What was expected, if it is no such time.
+pub fn hold(text: &str) -> Result<Duration, String> {
+    let hold = humantime::parse_duration(text).ok().filter(|hold| *hold <= LONGEST);
+    hold.ok_or_else(|| "expected a time up to 1h, such as 500ms or 60s".to_owned())
+}
+
+/// How long the way to the start of a motion takes.
+///
+/// # Errors
+/// What was expected, if it is no such time.
+pub fn approach(text: &str) -> Result<Duration, String> {
+    let approach = hold(text).ok().filter(|approach| !approach.is_zero());
+    approach.ok_or_else(|| "expected a time above 0 up to 1h, such as 5s".to_owned())
+}
+
+/// A point in time, s.
+///
+/// # Errors
+/// What was expected, if it is no finite number.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| seconds.is_finite());
+    seconds.ok_or_else(|| "expected a finite number of seconds".to_owned())
+}
+
+/// The length of a step.
+///
+/// # Errors
+/// What was expected, if it is no finite number above 0.
+pub fn step(text: &str) -> Result<f64, String> {
+    let step = text.parse().ok().filter(|step: &f64| step.is_finite() && *step > 0.0);
+    step.ok_or_else(|| "expected a finite number above 0".to_owned())
 }
 
 #[cfg(test)]
@@ -23,5 +81,24 @@ mod tests {
         assert_eq!(law("fuzzy-model").unwrap(), Some(Law::FuzzyModel));
         let error = law("pid").unwrap_err().to_string();
         assert!(error.contains("possible values: nonlinear, adaptive"), "{error}");
+    }
+
+    #[test]
+    fn times_and_numbers_out_of_range_are_refused() {
+        assert_eq!(period("3ms"), Ok(Duration::from_millis(3)));
+        assert_eq!(hold("0s"), Ok(Duration::ZERO));
+        assert_eq!(approach("1m"), Ok(Duration::from_secs(60)));
+        assert_eq!((seconds("-1.5"), step("0.5")), (Ok(-1.5), Ok(0.5)));
+        for wrong in ["0ms", "1s", "-3ms", "1500ns", "fast", ""] {
+            assert!(period(wrong).is_err(), "{wrong}");
+        }
+        for wrong in ["-1s", "2h", "nan"] {
+            assert!(hold(wrong).is_err() && approach(wrong).is_err(), "{wrong}");
+        }
+        assert!(approach("0s").is_err());
+        for wrong in ["nan", "inf", "-inf", "x"] {
+            assert!(seconds(wrong).is_err() && step(wrong).is_err(), "{wrong}");
+        }
+        assert!(step("-1").is_err() && step("0").is_err());
     }
 }

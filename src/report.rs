@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use hinf_control::Law;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use uarm_log::description::ClockKind;
 use uarm_loop::outcome::Indices;
@@ -57,7 +57,8 @@ pub struct RunReport {
     /// Page faults of the loop's thread between its first cycle and its last; with locked memory there are none. In
     /// virtual time they do not matter, and are not told.
     pub page_faults: Option<u64>,
-    /// The log.
+    /// The log; in JSON, what of its name is no text is `U+FFFD`.
+    #[serde(serialize_with = "as_text")]
     pub log: Option<PathBuf>,
     /// Records that a log or trace lost.
     pub records_dropped: u64,
@@ -193,7 +194,7 @@ impl RunReport {
     ///
     /// # Errors
     /// If the output cannot be written.
-    pub fn print(&self, output: &mut impl Write) -> io::Result<()> {
+    pub fn print(&self, output: &mut (impl Write + ?Sized)) -> io::Result<()> {
         writeln!(output, "{} on {}, controller {}: {}", self.robot, self.plant, self.controller, self.end)?;
         self.print_indices(output)?;
         if let Some([error_2, error_3]) = self.final_error_deg {
@@ -218,7 +219,7 @@ impl RunReport {
         Ok(())
     }
 
-    fn print_indices(&self, output: &mut impl Write) -> io::Result<()> {
+    fn print_indices(&self, output: &mut (impl Write + ?Sized)) -> io::Result<()> {
         let Some(Indices { l2, e }) = self.indices else { return Ok(()) };
         match self.paper {
             Some(paper) => {
@@ -246,7 +247,7 @@ impl RunReport {
         }
     }
 
-    fn print_timing(&self, output: &mut impl Write) -> io::Result<()> {
+    fn print_timing(&self, output: &mut (impl Write + ?Sized)) -> io::Result<()> {
         let timing = &self.timing;
         let milliseconds = timing.period_ns as f64 / 1e6;
         match self.clock {
@@ -328,11 +329,15 @@ fn verdict_word(verdict: Verdict) -> &'static str {
     }
 }
 
+fn as_text<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
+    path.as_ref().map(|path| path.to_string_lossy()).serialize(serializer)
+}
+
 /// Prints the means over the experiments that were completed, as the paper gives them over five.
 ///
 /// # Errors
 /// If the output cannot be written.
-pub fn print_mean(reports: &[RunReport], output: &mut impl Write) -> io::Result<()> {
+pub fn print_mean(reports: &[RunReport], output: &mut (impl Write + ?Sized)) -> io::Result<()> {
     let indices: Vec<_> =
         reports.iter().filter(|report| report.completed).filter_map(|report| report.indices).collect();
     if indices.len() < 2 {

@@ -156,8 +156,10 @@ fn wrong_usage_is_exit_code_2_and_names_what_there_is() {
 #[test]
 fn what_cannot_be_is_exit_code_1_and_says_why() {
     for (arguments, part) in [
-        (&["run", "--virtual-time", "--period", "1s"][..], "control.period_us"),
-        (&["run", "--virtual-time", "--controller", "neural", "--base-acceleration", "reduced"], "--base-acceleration"),
+        (
+            &["run", "--virtual-time", "--controller", "neural", "--base-acceleration", "reduced"][..],
+            "--base-acceleration",
+        ),
         (&["run", "--virtual-time", "--robot", "no/such.toml"], "no/such.toml"),
         (&["run", "--virtual-time", "--log", "no/such/folder/run.mcap"], "no/such/folder/run.mcap"),
         (&["run", "--can", "nosuchcan0"], "nosuchcan0"),

@@ -118,7 +118,7 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     ];
     let bytes = |study: &[&str], threads: &str, seed: &str| {
         let file = scratch(&format!("study-{threads}-{seed}.csv"));
-        let common = ["--json", "--threads", threads, "--seed", seed, "--csv", file.to_str().unwrap()];
+        let common = ["--json", "--threads", threads, "--seed", seed, "--force", "--csv", file.to_str().unwrap()];
         (standard_output(&[study, &common].concat()), std::fs::read(&file).unwrap())
     };
     for study in studies {
@@ -155,6 +155,7 @@ fn quantiles_and_ranks_are_those_of_the_written_draws() {
         "--spread",
         "20%",
         "--json",
+        "--force",
         "--csv",
         file.to_str().unwrap(),
     ]);
@@ -204,7 +205,7 @@ fn the_coarse_step_of_the_draws_changes_less_than_the_encoder_phase_does() {
     let robots = monte_carlo::load(&settings).unwrap();
     let coarse = monte_carlo::draw(&settings, &robots, 0).unwrap();
     for (row, coarse) in fine.controllers.iter().zip(&coarse.indices) {
-        let coarse = coarse.unwrap();
+        let coarse = coarse.as_ref().unwrap();
         // As a rule they are equal to the bit; this much may come of one count that falls otherwise.
         approx::assert_relative_eq!(coarse.l2, row.l2.mean, max_relative = 2e-3);
         approx::assert_relative_eq!(coarse.e, row.e.mean, max_relative = 2e-3);
@@ -243,4 +244,37 @@ fn wrong_arguments_are_named() {
         assert!(message.contains(named), "{arguments:?}: the message names {named:?}: {message}");
         assert!(output.stdout.is_empty(), "{arguments:?}");
     }
+}
+
+/// 2.5 degrees of tracking error are too little for controller 1, and enough for the others.
+#[test]
+fn an_experiment_that_fails_is_listed_and_the_others_are_made() {
+    let robot = uarm::robot::BUILT_IN.replacen("tracking_error_limit_deg = 30.0", "tracking_error_limit_deg = 2.5", 1);
+    assert_ne!(robot, uarm::robot::BUILT_IN);
+    let (file, csv) = (scratch("narrow-compare.toml"), scratch("narrow-compare.csv"));
+    std::fs::write(&file, robot).unwrap();
+    let compare = |arguments: &[&str]| {
+        let common = ["compare", "--controllers", "nonlinear,neural", "--robot", file.to_str().unwrap()];
+        let csv = ["--force", "--csv", csv.to_str().unwrap()];
+        let output = support::uarm(&[&common[..], arguments, &csv].concat());
+        (
+            output.status.code().unwrap(),
+            support::text(&output),
+            std::fs::read_to_string(scratch("narrow-compare.csv")).unwrap(),
+        )
+    };
+    let (code, told, csv) = compare(&["--repeat", "2"]);
+    assert_eq!(code, 3, "{told}");
+    assert!(told.contains("2 experiments did not come to their end"), "{told}");
+    assert!(told.contains("nonlinear, experiment 2: joint ") && told.contains("tracking error"), "{told}");
+    assert!(told.contains("\n  neural "), "{told}");
+    let failures: Vec<_> = csv.lines().filter(|line| line.starts_with("nonlinear,paper,")).collect();
+    assert_eq!((failures.len(), csv.lines().count()), (2, 5));
+    let commas = |line: &str| line.split('"').next().unwrap().matches(',').count();
+    assert_eq!(commas(failures[0]), commas(csv.lines().next().unwrap()), "{csv}");
+    assert!(failures[1].contains("tracking error"), "{csv}");
+    let (code, told, csv) = compare(&["--monte-carlo", "2"]);
+    assert_eq!(code, 0, "{told}");
+    let failed: Vec<_> = csv.lines().filter(|line| line.contains("nonlinear,paper,,,")).collect();
+    assert!(!failed.is_empty() && failed.iter().all(|line| line.contains("tracking error")), "{csv}");
 }

@@ -210,7 +210,7 @@ fn another_controller_is_asked_on_the_same_measurements() {
     let output = replay(&path, &["--robot", other_robot.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output));
     let wrong = replay(&path, &["--controller", "adaptive", "--plot", "what-if.jpeg"]);
-    assert_eq!(wrong.status.code(), Some(1));
+    assert_eq!(wrong.status.code(), Some(2));
     assert!(text(&wrong).contains(".svg or .png"), "{}", text(&wrong));
 }
 

@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::dimensions::ACTIVE;
 use crate::robot::overrides::Overrides;
 use crate::robot::{self, Robot, demand};
+use crate::{console, options};
 
 /// Arguments of `uarm check`.
 #[derive(Debug, clap::Args)]
@@ -26,7 +27,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
     /// The loop's period, such as 3ms or 1ms, instead of the robot file's
-    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    #[arg(long, allow_hyphen_values = true, value_parser = options::period, value_name = "TIME")]
     period: Option<Duration>,
     /// Print JSON
     #[arg(long)]
@@ -80,12 +81,10 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let overrides = Overrides { period: arguments.period, ..Overrides::default() };
     let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
     let check = check(arguments.robot.as_deref(), &robot);
-    let mut output = std::io::stdout().lock();
     if arguments.json {
-        serde_json::to_writer_pretty(&mut output, &check)?;
-        writeln!(output)?;
+        console::print_json(&check)?;
     } else {
-        print(&mut output, &check)?;
+        print(&mut console::output(), &check)?;
     }
     Ok(ExitCode::SUCCESS)
 }

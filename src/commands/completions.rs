@@ -1,8 +1,11 @@
 //! `uarm completions`: shell completions.
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap_complete::Shell;
+
+use crate::console;
 
 /// Arguments of `uarm completions`.
 #[derive(Debug, clap::Args)]
@@ -15,8 +18,12 @@ pub struct Arguments {
 /// Prints the script that completes `command` to standard output.
 ///
 /// # Errors
-/// None; the signature is that of every subcommand.
+/// If standard output cannot be written.
 pub fn execute(arguments: &Arguments, mut command: clap::Command) -> anyhow::Result<ExitCode> {
-    clap_complete::generate(arguments.shell, &mut command, "uarm", &mut std::io::stdout());
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut command, "uarm", &mut script);
+    let mut output = console::output();
+    output.write_all(&script)?;
+    output.flush()?;
     Ok(ExitCode::SUCCESS)
 }

@@ -8,6 +8,7 @@ use anyhow::Context;
 use dem_model::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
 use serde::{Deserialize, Serialize};
 
+use crate::console;
 use crate::robot::{self, file};
 use crate::text_file;
 
@@ -57,12 +58,10 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     };
     let parsed: ManipulatorFile = toml::from_str(&text).with_context(|| path.display().to_string())?;
     let rows = map(&parsed.space_manipulator).with_context(|| format!("{}: space_manipulator", path.display()))?;
-    let mut output = std::io::stdout().lock();
     if arguments.json {
-        serde_json::to_writer_pretty(&mut output, &rows)?;
-        writeln!(output)?;
+        console::print_json(&rows)?;
     } else {
-        print(&mut output, &rows)?;
+        print(&mut console::output(), &rows)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -14,7 +14,8 @@ use uarm_sim::{Outbox, Pacing, RobotOnBus};
 use hinf_control::Disturbance;
 use uarm_loop::stop_request::StopRequest;
 
-use crate::options::choice;
+use crate::console;
+use crate::options::{self, choice};
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::signals;
@@ -50,7 +51,7 @@ pub struct Arguments {
     #[arg(long, value_parser = choice::<Disturbance>(), default_value = "none", value_name = "KIND")]
     disturbance: Disturbance,
     /// The period of lockstep, such as 3ms, instead of the robot file's
-    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    #[arg(long, allow_hyphen_values = true, value_parser = options::period, value_name = "TIME")]
     period: Option<Duration>,
 }
 
@@ -81,12 +82,12 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let link = SocketCanLink::open(name, Reception::Everything)?;
     let stop = signals::stop_request().context("signal handlers")?;
     let nodes: Vec<_> = robot.description.nodes().iter().map(u8::to_string).collect();
-    eprintln!(
+    console::tell(format_args!(
         "{}: emulated drives, nodes {}, on {} ({pacing:?})",
         robot.description.name,
         nodes.join(" "),
         arguments.can
-    );
+    ));
     serve(emulated, link, &stop)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -36,6 +36,17 @@ pub enum RobotError {
     },
 }
 
+/// A number with hundreds of digits as `1e300`, any other long value cut.
+fn shortened(value: String) -> String {
+    const LONGEST: usize = 80;
+    const MOST_DIGITS: usize = 20;
+    match value.parse::<f64>() {
+        Ok(number) if value.len() > MOST_DIGITS => format!("{number:e}"),
+        _ if value.chars().count() > LONGEST => value.chars().take(LONGEST).chain("...".chars()).collect(),
+        _ => value,
+    }
+}
+
 /// Checks fields and words the errors.
 #[derive(Clone, Copy, Debug)]
 pub struct Checker<'a> {
@@ -53,7 +64,7 @@ impl<'a> Checker<'a> {
         RobotError::Field {
             file: self.file.to_owned(),
             field: field.into(),
-            value: value.to_string(),
+            value: shortened(value.to_string()),
             expected: expected.into(),
         }
     }

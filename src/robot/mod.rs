@@ -103,6 +103,9 @@ impl Robot {
         if let Some(field) = unknown.first() {
             return Err(check.refuse(with_brackets(field), "unknown field", known_beside(&file, field)));
         }
+        if let Some((field, found, expected)) = surplus(text, &file) {
+            return Err(check.refuse(field, format!("{found} values"), format!("{expected} values")));
+        }
         overrides.apply(&mut file, &check)?;
         let robot = Self::check(name, text, file)?;
         let task = &robot.description.task.reference;
@@ -201,6 +204,29 @@ fn read(name: &Path, text: &str) -> Result<(RobotFile, Vec<String>), RobotError>
     let deserializer = toml::Deserializer::parse(text).map_err(syntax)?;
     let file = serde_ignored::deserialize(deserializer, |path| unknown.push(path.to_string())).map_err(syntax)?;
     Ok((file, unknown))
+}
+
+/// The first list in `text` with more values than `file` took of it: its field, and how many it has and may have.
+fn surplus(text: &str, file: &RobotFile) -> Option<(String, usize, usize)> {
+    let (written, taken) = (text.parse::<toml::Table>().ok()?, toml::Table::try_from(file).ok()?);
+    surplus_in("", &toml::Value::Table(written), &toml::Value::Table(taken))
+}
+
+fn surplus_in(path: &str, written: &toml::Value, taken: &toml::Value) -> Option<(String, usize, usize)> {
+    match (written, taken) {
+        (toml::Value::Table(written), toml::Value::Table(taken)) => written.iter().find_map(|(name, value)| {
+            let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+            surplus_in(&path, value, taken.get(name)?)
+        }),
+        (toml::Value::Array(written), toml::Value::Array(taken)) if written.len() > taken.len() => {
+            Some((path.to_owned(), written.len(), taken.len()))
+        }
+        (toml::Value::Array(written), toml::Value::Array(taken)) => {
+            let mut pairs = written.iter().zip(taken).enumerate();
+            pairs.find_map(|(index, (written, taken))| surplus_in(&format!("{path}[{index}]"), written, taken))
+        }
+        _ => None,
+    }
 }
 
 /// The fields that are known in the table of `field`, a path such as `joints.1.limits.torque`.

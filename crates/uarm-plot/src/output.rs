@@ -63,15 +63,28 @@ impl FigureFile {
         }
     }
 
-    /// Writes the sheet.
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What is to stand in it.
+    ///
+    /// # Errors
+    /// If the sheet cannot be drawn.
+    pub fn render(&self, sheet: &Sheet) -> Result<Vec<u8>, FigureError> {
+        match self.format {
+            FileFormat::Svg => svg(sheet).map(String::into_bytes),
+            FileFormat::Png => png(sheet),
+        }
+    }
+
+    /// Writes the sheet over whatever is there.
     ///
     /// # Errors
     /// If it cannot be drawn, or the file not be written.
     pub fn write(&self, sheet: &Sheet) -> Result<(), FigureError> {
-        let bytes = match self.format {
-            FileFormat::Svg => svg(sheet)?.into_bytes(),
-            FileFormat::Png => png(sheet)?,
-        };
+        let bytes = self.render(sheet)?;
         std::fs::write(&self.path, bytes).map_err(|source| FigureError::Write { file: self.path.clone(), source })
     }
 }
@@ -111,11 +124,18 @@ pub fn png(sheet: &Sheet) -> Result<Vec<u8>, FigureError> {
 /// # Errors
 /// If it cannot be drawn, or a file not be written.
 pub fn write(sheet: &Sheet, directory: &Path, formats: &[FileFormat]) -> Result<Vec<PathBuf>, FigureError> {
-    let write = |&format: &FileFormat| {
-        let path = directory.join(format!("{}.{}", sheet.name, format.extension()));
-        let file = FigureFile { path, format };
+    let write = |file: FigureFile| {
         file.write(sheet)?;
         Ok(file.path)
     };
-    formats.iter().map(write).collect()
+    files(sheet, directory, formats).map(write).collect()
+}
+
+/// The files of a sheet in `directory`, one for each of `formats`.
+pub fn files(sheet: &Sheet, directory: &Path, formats: &[FileFormat]) -> impl Iterator<Item = FigureFile> {
+    let file = |&format: &FileFormat| {
+        let path = directory.join(format!("{}.{}", sheet.name, format.extension()));
+        FigureFile { path, format }
+    };
+    formats.iter().map(file)
 }

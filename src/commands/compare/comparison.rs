@@ -13,6 +13,7 @@ use super::start::StartVariation;
 use super::statistics::Summary;
 use super::variant::{ControllerVariant, Origin, VariantRobot};
 use crate::dimensions::Outcome;
+use crate::error_text::with_causes;
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
@@ -55,8 +56,23 @@ pub struct Comparison {
     pub seed: u64,
     /// What must be said beside these numbers.
     pub caveat: Option<&'static str>,
-    /// The controllers, in the order asked for.
+    /// The controllers, in the order asked for, each with what it completed; without those that completed nothing.
     pub controllers: Vec<ControllerRow>,
+    /// The experiments that did not come to their end.
+    pub failures: Vec<Failure>,
+}
+
+/// An experiment that did not come to its end.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Failure {
+    /// The name of the controller variant.
+    pub controller: &'static str,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// The number of the experiment, counted from 1.
+    pub experiment: u64,
+    /// Which joint did what.
+    pub reason: String,
 }
 
 /// One controller's experiments.
@@ -87,6 +103,8 @@ pub struct ControllerRow {
 /// The result of one experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ExperimentRow {
+    /// The number of the experiment, counted from 1.
+    pub experiment: u64,
     /// How far joints 1 to 3 were from the nominal start, degrees.
     pub start_offset_deg: [f64; 3],
     /// L2 of the tracking error.
@@ -106,17 +124,19 @@ pub struct ExperimentRow {
 /// Repetition k starts in the same place for every controller.
 ///
 /// # Errors
-/// If the robot file is wrong, or an experiment does not come to its end.
+/// If the robot file is wrong, or an experiment cannot be begun. One that does not come to its end is listed.
 pub fn run(settings: &ComparisonSettings<'_>, done: impl Fn() + Sync) -> anyhow::Result<Comparison> {
     let robots = VariantRobot::load(settings.variants, settings.robot, &Overrides::default())?;
     let first = &robots.first().context("no controller to compare")?.robot;
     let repetitions = settings.repetitions.get() as usize;
     let experiment = |job: usize| experiment(settings, &robots[job / repetitions], (job % repetitions) as u64);
     let experiments = in_parallel(robots.len() * repetitions, settings.threads, experiment, done)?;
-    let controllers = (settings.variants.iter().zip(experiments.chunks(repetitions)))
-        .map(|(variant, experiments)| ControllerRow::new(variant, first, experiments))
-        .collect::<Option<_>>()
-        .context("no experiments")?;
+    let row = |(variant, experiments): (&ControllerVariant, &[Result<ExperimentRow, Failure>])| {
+        let completed: Vec<_> = experiments.iter().filter_map(|one| one.as_ref().ok().copied()).collect();
+        ControllerRow::new(variant, first, &completed)
+    };
+    let controllers = settings.variants.iter().zip(experiments.chunks(repetitions)).filter_map(row).collect();
+    let failures = experiments.into_iter().filter_map(Result::err).collect();
     Ok(Comparison {
         robot: first.description.name.clone(),
         plant: settings.plant.label(),
@@ -125,6 +145,7 @@ pub fn run(settings: &ComparisonSettings<'_>, done: impl Fn() + Sync) -> anyhow:
         seed: settings.seed,
         caveat: caveat(first, settings.plant),
         controllers,
+        failures,
     })
 }
 
@@ -132,22 +153,27 @@ fn experiment(
     settings: &ComparisonSettings<'_>,
     variant: &VariantRobot,
     repetition: u64,
-) -> anyhow::Result<ExperimentRow> {
+) -> anyhow::Result<Result<ExperimentRow, Failure>> {
     let robot = &variant.robot;
     let offset = settings.variation.offset(robot, settings.seed, repetition);
     let plant = SimulatedPlant::new(robot, settings.plant, settings.disturbance)?
         .starting_at(simulated_robot::start(robot) + offset);
-    match run_experiment(variant, plant)? {
-        SimulatedEnd::Completed(outcome) => Ok(ExperimentRow::new(offset.into(), &outcome)),
-        SimulatedEnd::Failed(error) => {
-            Err(error.context(format!("controller {}, experiment {}", variant.variant.name(), repetition + 1)))
-        }
-    }
+    let number = repetition + 1;
+    Ok(match run_experiment(variant, plant)? {
+        SimulatedEnd::Completed(outcome) => Ok(ExperimentRow::new(number, offset.into(), &outcome)),
+        SimulatedEnd::Failed(error) => Err(Failure {
+            controller: variant.variant.name(),
+            origin: variant.variant.origin(),
+            experiment: number,
+            reason: with_causes(&error),
+        }),
+    })
 }
 
 impl ExperimentRow {
-    fn new(offset: [f64; 3], outcome: &Outcome) -> Self {
+    fn new(experiment: u64, offset: [f64; 3], outcome: &Outcome) -> Self {
         Self {
+            experiment,
             start_offset_deg: offset.map(f64::to_degrees),
             l2: outcome.indices.l2,
             e: outcome.indices.e,

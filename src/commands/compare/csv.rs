@@ -2,51 +2,60 @@
 
 use std::io::{self, Write};
 
-use super::comparison::Comparison;
+use super::comparison::{Comparison, Failure};
 use super::monte_carlo::MonteCarlo;
 
-/// Writes the experiments of a comparison.
+/// Writes the experiments of a comparison; of one that did not come to its end, why.
 ///
 /// # Errors
 /// If the output cannot be written.
-pub fn write_comparison(comparison: &Comparison, output: &mut impl Write) -> io::Result<()> {
+pub fn write_comparison(comparison: &Comparison, output: &mut (impl Write + ?Sized)) -> io::Result<()> {
     writeln!(
         output,
         "controller,origin,experiment,start_offset_1_deg,start_offset_2_deg,start_offset_3_deg,l2,e_nms,\
-         peak_torque_2_nm,peak_torque_3_nm,final_error_2_deg,final_error_3_deg,base_drift_deg"
+         peak_torque_2_nm,peak_torque_3_nm,final_error_2_deg,final_error_3_deg,base_drift_deg,failure"
     )?;
     for row in &comparison.controllers {
-        for (index, experiment) in row.experiments.iter().enumerate() {
-            write!(output, "{},{},{}", row.controller, row.origin.label(), index + 1)?;
+        for experiment in &row.experiments {
+            write!(output, "{},{},{}", row.controller, row.origin.label(), experiment.experiment)?;
             write_numbers(output, &experiment.start_offset_deg)?;
             write_numbers(output, &[experiment.l2, experiment.e])?;
             write_numbers(output, &experiment.peak_torque_nm)?;
             write_numbers(output, &experiment.final_error_deg)?;
             write_numbers(output, &[experiment.base_drift_deg])?;
-            writeln!(output)?;
+            writeln!(output, ",")?;
         }
+    }
+    for Failure { controller, origin, experiment, reason } in &comparison.failures {
+        const EMPTY: &str = ",,,,,,,,,,,";
+        writeln!(output, "{controller},{},{experiment}{EMPTY}{}", origin.label(), quoted(reason))?;
     }
     Ok(())
 }
 
+/// A text as a field, with its commas and quotation marks.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
+}
+
 /// Writes the draws of a Monte Carlo study, one row for each controller: the plant, where it started, L2 and E. These two
-/// are empty where the robot's limits ended the experiment.
+/// are empty where the experiment did not come to its end; the last column says why.
 ///
 /// # Errors
 /// If the output cannot be written.
-pub fn write_monte_carlo(study: &MonteCarlo, output: &mut impl Write) -> io::Result<()> {
+pub fn write_monte_carlo(study: &MonteCarlo, output: &mut (impl Write + ?Sized)) -> io::Result<()> {
     writeln!(
         output,
         "draw,controller,origin,l2,e_nms,viscous_friction_1_nm_s,viscous_friction_2_nm_s,viscous_friction_3_nm_s,\
          coulomb_friction_1_nm,coulomb_friction_2_nm,coulomb_friction_3_nm,base_inertia_scale,link_scale,torque_gain,\
-         tilt_x_m_per_s2,tilt_y_m_per_s2,start_offset_1_deg,start_offset_2_deg,start_offset_3_deg"
+         tilt_x_m_per_s2,tilt_y_m_per_s2,start_offset_1_deg,start_offset_2_deg,start_offset_3_deg,failure"
     )?;
     for (index, draw) in study.experiments.iter().enumerate() {
         for (row, indices) in study.controllers.iter().zip(&draw.indices) {
             write!(output, "{},{},{}", index + 1, row.controller, row.origin.label())?;
             match indices {
-                Some(indices) => write_numbers(output, &[indices.l2, indices.e])?,
-                None => write!(output, ",,")?,
+                Ok(indices) => write_numbers(output, &[indices.l2, indices.e])?,
+                Err(_) => write!(output, ",,")?,
             }
             write_numbers(output, draw.plant.viscous_friction().as_slice())?;
             write_numbers(output, draw.plant.coulomb_friction().as_slice())?;
@@ -54,12 +63,12 @@ pub fn write_monte_carlo(study: &MonteCarlo, output: &mut impl Write) -> io::Res
             write_numbers(output, &[plant.base_inertia_scale(), plant.link_inertia_scale(), plant.gain()])?;
             write_numbers(output, plant.tilt().as_slice())?;
             write_numbers(output, &draw.start_offset.map(f64::to_degrees))?;
-            writeln!(output)?;
+            writeln!(output, ",{}", indices.as_ref().err().map_or_else(String::new, |reason| quoted(reason)))?;
         }
     }
     Ok(())
 }
 
-fn write_numbers(output: &mut impl Write, numbers: &[f64]) -> io::Result<()> {
+fn write_numbers(output: &mut (impl Write + ?Sized), numbers: &[f64]) -> io::Result<()> {
     numbers.iter().try_for_each(|number| write!(output, ",{number}"))
 }

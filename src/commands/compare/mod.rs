@@ -12,19 +12,20 @@ mod statistics;
 mod table;
 pub mod variant;
 
-use std::fs::File;
-use std::io::{self, BufWriter, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::num::{NonZeroU32, NonZeroUsize};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
-use serde::Serialize;
 
 use hinf_control::Disturbance;
 
+use crate::console;
+use crate::exit::Exit;
 use crate::options::choice;
+use crate::output_files::{Force, OutputFiles};
 use crate::simulated_robot::PlantChoice;
 use comparison::ComparisonSettings;
 use monte_carlo::MonteCarloSettings;
@@ -82,6 +83,8 @@ pub struct Arguments {
     /// Write every experiment to this file
     #[arg(long, value_name = "FILE.csv")]
     csv: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Print the study as JSON
     #[arg(long)]
     json: bool,
@@ -90,15 +93,17 @@ pub struct Arguments {
 /// Runs the study and prints it.
 ///
 /// # Errors
-/// If the robot file is wrong, an experiment does not come to its end, or a file cannot be written.
+/// If the robot file is wrong, an experiment cannot be begun, or a file cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let outputs = OutputFiles::new(arguments.force, arguments.robot.as_deref());
+    outputs.check(arguments.csv.as_deref()).context("--csv")?;
     match arguments.monte_carlo {
-        None => compare(arguments),
-        Some(draws) => monte_carlo(arguments, draws),
+        None => compare(arguments, &outputs),
+        Some(draws) => monte_carlo(arguments, draws, &outputs),
     }
 }
 
-fn monte_carlo(arguments: &Arguments, draws: NonZeroU32) -> anyhow::Result<ExitCode> {
+fn monte_carlo(arguments: &Arguments, draws: NonZeroU32, outputs: &OutputFiles) -> anyhow::Result<ExitCode> {
     anyhow::ensure!(
         arguments.plant == PlantChoice::Uarm,
         "--monte-carlo draws the imperfections of the UARM, expected --plant uarm: the other plants have none"
@@ -118,12 +123,17 @@ fn monte_carlo(arguments: &Arguments, draws: NonZeroU32) -> anyhow::Result<ExitC
     bar.finish_and_clear();
     let study = study?;
     if let Some(path) = &arguments.csv {
-        write_file(path, |output| csv::write_monte_carlo(&study, output))?;
+        outputs.write(path, |output| csv::write_monte_carlo(&study, output)).context("--csv")?;
     }
-    if arguments.json { print_json(&study) } else { print(|output| table::print_monte_carlo(&study, output)) }
+    if arguments.json {
+        console::print_json(&study)?;
+    } else {
+        table::print_monte_carlo(&study, &mut console::output())?;
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
-fn compare(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+fn compare(arguments: &Arguments, outputs: &OutputFiles) -> anyhow::Result<ExitCode> {
     let settings = ComparisonSettings {
         robot: arguments.robot.as_deref(),
         variants: arguments.controllers.as_slice(),
@@ -140,27 +150,19 @@ fn compare(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     bar.finish_and_clear();
     let comparison = comparison?;
     if let Some(path) = &arguments.csv {
-        write_file(path, |output| csv::write_comparison(&comparison, output))?;
+        outputs.write(path, |output| csv::write_comparison(&comparison, output)).context("--csv")?;
     }
-    if arguments.json { print_json(&comparison) } else { print(|output| table::print_comparison(&comparison, output)) }
-}
-
-fn print(print: impl FnOnce(&mut io::StdoutLock<'static>) -> io::Result<()>) -> anyhow::Result<ExitCode> {
-    print(&mut io::stdout().lock()).context("standard output")?;
-    Ok(ExitCode::SUCCESS)
-}
-
-fn print_json(study: &impl Serialize) -> anyhow::Result<ExitCode> {
-    let mut output = io::stdout().lock();
-    serde_json::to_writer_pretty(&mut output, study)?;
-    writeln!(output)?;
-    Ok(ExitCode::SUCCESS)
-}
-
-fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> anyhow::Result<()> {
-    let name = || format!("--csv {}", path.display());
-    let mut output = BufWriter::new(File::create(path).with_context(name)?);
-    write(&mut output).and_then(|()| output.flush()).with_context(name)
+    if arguments.json {
+        console::print_json(&comparison)?;
+    } else {
+        table::print_comparison(&comparison, &mut console::output())?;
+    }
+    let exit = match (comparison.controllers.is_empty(), comparison.failures.is_empty()) {
+        (true, _) => Exit::Failure,
+        (false, false) => Exit::Loss,
+        (false, true) => Exit::Ok,
+    };
+    Ok(exit.into())
 }
 
 fn progress_bar(length: u64, unit: &str) -> ProgressBar {

@@ -16,6 +16,7 @@ use super::spread::Spread;
 use super::start::StartVariation;
 use super::statistics::Quantiles;
 use super::variant::{ControllerVariant, Origin, VariantRobot};
+use crate::error_text::with_causes;
 use crate::robot::overrides::Overrides;
 use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
 use crate::simulation::SimulatedEnd;
@@ -96,8 +97,8 @@ pub struct Draw {
     pub plant: UarmPlantParameters,
     /// How far joints 1 to 3 were from the nominal start, rad.
     pub start_offset: [f64; 3],
-    /// L2 and E of each controller; none where the robot's limits ended the experiment.
-    pub indices: Vec<Option<Indices>>,
+    /// L2 and E of each controller, or why the experiment did not come to its end.
+    pub indices: Vec<Result<Indices, String>>,
 }
 
 /// Draws the plants and runs the experiments. `done` is called after each plant.
@@ -146,17 +147,21 @@ pub fn draw(settings: &MonteCarloSettings<'_>, robots: &[VariantRobot], index: u
             .starting_at(simulated_robot::start(&variant.robot) + offset)
             .with_integration_step(INTEGRATION_STEP);
         indices.push(match run_experiment(variant, plant)? {
-            SimulatedEnd::Completed(outcome) => Some(outcome.indices),
-            SimulatedEnd::Failed(_) => None,
+            SimulatedEnd::Completed(outcome) => Ok(outcome.indices),
+            SimulatedEnd::Failed(error) => Err(with_causes(&error)),
         });
     }
     Ok(Draw { plant, start_offset: offset.into(), indices })
 }
 
 impl Draw {
+    fn completed(&self, number: usize) -> Option<Indices> {
+        self.indices.get(number)?.as_ref().ok().copied()
+    }
+
     /// L2 of controller `number`: beyond all others if it did not complete.
     fn l2(&self, number: usize) -> f64 {
-        self.indices.get(number).copied().flatten().map_or(f64::INFINITY, |indices| indices.l2)
+        self.completed(number).map_or(f64::INFINITY, |indices| indices.l2)
     }
 
     fn extreme(&self, pick: fn(f64, f64) -> f64) -> f64 {
@@ -167,8 +172,7 @@ impl Draw {
 impl MonteCarloRow {
     /// The row of controller `number` of each draw.
     fn new(number: usize, variant: &ControllerVariant, draws: &[Draw]) -> Self {
-        let completed: Vec<Indices> =
-            draws.iter().filter_map(|draw| draw.indices.get(number).copied().flatten()).collect();
+        let completed: Vec<Indices> = draws.iter().filter_map(|draw| draw.completed(number)).collect();
         let quantiles = |index: fn(&Indices) -> f64| Quantiles::of(&completed.iter().map(index).collect::<Vec<_>>());
         let count = |holds: &dyn Fn(&Draw) -> bool| draws.iter().map(|draw| u32::from(holds(draw))).sum();
         Self {
@@ -188,7 +192,8 @@ mod tests {
     use super::*;
 
     fn draw(l2: [Option<f64>; 3]) -> Draw {
-        let indices = l2.map(|l2| l2.map(|l2| Indices { l2, e: 10.0 * l2 })).to_vec();
+        let indices = |l2: Option<f64>| l2.map(|l2| Indices { l2, e: 10.0 * l2 }).ok_or_else(|| "a limit".to_owned());
+        let indices = l2.map(indices).to_vec();
         Draw { plant: UarmPlantParameters::fitted(), start_offset: [0.0; 3], indices }
     }
 

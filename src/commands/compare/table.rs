@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::comparison::{Comparison, ControllerRow};
+use super::comparison::{Comparison, ControllerRow, Failure};
 use super::monte_carlo::{MonteCarlo, MonteCarloRow};
 use super::start::StartVariation;
 use super::statistics::{Quantiles, Summary};
@@ -23,6 +23,7 @@ pub fn print_comparison(comparison: &Comparison, output: &mut impl Write) -> io:
     print_index(comparison, output, "L2 of the tracking error", |row| row.l2, |indices| indices.l2)?;
     print_index(comparison, output, "E, the summed torque (N m s)", |row| row.e, |indices| indices.e)?;
     print_motion(comparison, output)?;
+    print_failures(comparison, output)?;
     print_caveat(comparison.caveat, output)
 }
 
@@ -54,6 +55,22 @@ fn print_index(
         writeln!(output, "  {:<NAME$}{mean:>9.4}{deviation:>9}{minimum:>9.4}{maximum:>9.4}{paper}", row.controller)?;
     }
     Ok(())
+}
+
+/// Failures that are listed; all are counted, and are in JSON and CSV.
+const MOST_FAILURES: usize = 20;
+
+fn print_failures(comparison: &Comparison, output: &mut impl Write) -> io::Result<()> {
+    let failures = &comparison.failures;
+    if failures.is_empty() {
+        return Ok(());
+    }
+    writeln!(output, "\n{} experiments did not come to their end, and are not in the numbers above", failures.len())?;
+    for Failure { controller, experiment, reason, .. } in failures.iter().take(MOST_FAILURES) {
+        writeln!(output, "  {controller}, experiment {experiment}: {reason}")?;
+    }
+    let more = failures.len().saturating_sub(MOST_FAILURES);
+    if more > 0 { writeln!(output, "  and {more} more") } else { Ok(()) }
 }
 
 fn print_motion(comparison: &Comparison, output: &mut impl Write) -> io::Result<()> {

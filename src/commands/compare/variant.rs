@@ -145,7 +145,7 @@ impl FromStr for ControllerVariants {
             _ => {}
         }
         let mut variants = Vec::new();
-        for name in text.split(',') {
+        for name in text.split(',').map(str::trim) {
             let variant = ControllerVariant::from_name(name).ok_or_else(|| {
                 let names: Vec<_> = ControllerVariant::all().map(|variant| variant.name).collect();
                 format!("found {name:?}, expected paper, all, or some of {}", names.join(","))
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn lists_are_read_in_order_and_wrong_ones_refused() {
-        let list: ControllerVariants = "fuzzy,nonlinear-reduced".parse().unwrap();
+        let list: ControllerVariants = "fuzzy, nonlinear-reduced".parse().unwrap();
         let names: Vec<_> = list.as_slice().iter().map(ControllerVariant::name).collect();
         assert_eq!(names, ["fuzzy", "nonlinear-reduced"]);
         assert_eq!("all".parse::<ControllerVariants>().unwrap().as_slice().len(), 13);

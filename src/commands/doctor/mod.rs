@@ -16,6 +16,7 @@ use uarm_io::realtime::{Priority, Processor, RealtimePolicy, RealtimeSettings};
 use uarm_io::socketcan_link::InterfaceName;
 
 use crate::robot::Robot;
+use crate::{console, options};
 use examination::Examination;
 
 /// The period of the paper's loop.
@@ -43,7 +44,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=86_400), value_name = "N")]
     seconds: u32,
     /// The period of the loop, such as 3ms or 1ms; by default the robot file's, or 3ms
-    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    #[arg(long, allow_hyphen_values = true, value_parser = options::period, value_name = "TIME")]
     period: Option<Duration>,
     /// Real-time scheduling of the measuring thread: enforce, prefer or off
     #[arg(long, default_value_t, value_name = "POLICY")]
@@ -75,12 +76,10 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let wakeups = wakeups(arguments, period.unwrap_or(DEFAULT_PERIOD))?;
     let examination = Examination::new(realtime, can, robot, wakeups);
 
-    let mut output = std::io::stdout().lock();
     if arguments.json {
-        serde_json::to_writer_pretty(&mut output, &examination)?;
-        writeln!(output)?;
+        console::print_json(&examination)?;
     } else {
-        output.write_all(text::examination(&examination).as_bytes())?;
+        console::output().write_all(text::examination(&examination).as_bytes())?;
     }
     Ok(examination.exit().into())
 }

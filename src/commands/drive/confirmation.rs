@@ -4,6 +4,8 @@ use std::io::BufRead;
 
 use anyhow::Context;
 
+use crate::console;
+
 /// What somebody answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Confirmation {
@@ -29,7 +31,7 @@ pub fn confirm(
         return Ok(Confirmation::Given);
     }
     anyhow::ensure!(terminal, "{statement}: nobody can be asked, standard input is no terminal; --yes confirms it");
-    eprint!("type `{word}` if {statement}: ");
+    console::tell_again(format_args!("type `{word}` if {statement}: "));
     let mut answer = String::new();
     input.read_line(&mut answer).context("reading the answer")?;
     Ok(if answer.trim() == word { Confirmation::Given } else { Confirmation::Refused })

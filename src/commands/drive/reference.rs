@@ -13,6 +13,7 @@ use uarm_io::socketcan_link::InterfaceName;
 use uarm_io::time::Clock;
 
 use super::confirmation::{Confirmation, confirm};
+use crate::console;
 use crate::dimensions::JOINTS;
 use crate::reference::drive::{Shown, mark, show};
 use crate::reference::store::{JointReference, References};
@@ -67,12 +68,12 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let before = read(&robot, &joints, &mut link, &MonotonicClock)?;
     for (joint, shown) in joints.iter().zip(&before) {
         let name = &robot.description.joints[*joint].name;
-        eprintln!(
+        console::tell(format_args!(
             "  {name} (node {}): {} counts are {} deg",
             node(&robot, *joint).raw(),
             shown.position,
             angles[*joint]
-        );
+        ));
     }
     let terminal = std::io::stdin().is_terminal();
     match confirm("the arm is in this pose", "yes", arguments.yes, terminal, &mut std::io::stdin().lock())? {
@@ -178,11 +179,10 @@ where
 }
 
 fn print(references: &References, path: &Path, json: bool) -> anyhow::Result<()> {
-    let mut output = std::io::stdout().lock();
+    let mut output = console::output();
     if json {
-        let report = serde_json::json!({ "file": path, "references": references });
-        serde_json::to_writer_pretty(&mut output, &report)?;
-        writeln!(output)?;
+        let report = serde_json::json!({ "file": path.to_string_lossy(), "references": references });
+        console::print_json(&report)?;
         return Ok(());
     }
     for joint in &references.joints {

@@ -13,9 +13,11 @@ use hinf_control::{FuzzySets, Law};
 use uarm_plot::sheet::{Panel, Sheet};
 use uarm_sim::UarmPlantParameters;
 
+use crate::console;
 use crate::figures::output::{Format, write};
 use crate::figures::sets;
 use crate::options::choice;
+use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
 use crate::robot::fuzzy_sets::TrainedSets;
 use crate::simulated_robot::PlantChoice;
@@ -48,6 +50,8 @@ pub struct Arguments {
     /// Let the fuzzy laws run with the sets in this file, as uarm train writes it; without it with the untrained grid
     #[arg(long, value_name = "FILE.toml")]
     fuzzy_sets: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// Draws the figures and prints the paths of the files.
@@ -57,12 +61,13 @@ pub struct Arguments {
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let mut robot = Robot::load(arguments.robot.as_deref())?;
     robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
-    std::fs::create_dir_all(&arguments.out).with_context(|| format!("--out {}", arguments.out.display()))?;
-    let mut output = std::io::stdout().lock();
-    for sheet in sheets(&robot, arguments.plant)? {
-        for file in write(&sheet, &arguments.out, arguments.format)? {
-            writeln!(output, "{}", file.display())?;
-        }
+    let inputs = [&arguments.robot, &arguments.fuzzy_sets];
+    let outputs = OutputFiles::new(arguments.force, inputs.into_iter().flatten().map(PathBuf::as_path));
+    let sheets = sheets(&robot, arguments.plant)?;
+    let files = write(&sheets, &arguments.out, arguments.format, &outputs).context("--out")?;
+    let mut output = console::output();
+    for file in files {
+        writeln!(output, "{}", file.display())?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -10,6 +10,7 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 
+use crate::console;
 use motion::{Jitter, PERIOD};
 use study::{FilterStudy, Row};
 use variant::EstimatorVariant;
@@ -54,12 +55,10 @@ struct JsonStudy {
 /// If standard output cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let study = FilterStudy::of_the_paper()?;
-    let mut output = io::stdout().lock();
     if arguments.json {
-        serde_json::to_writer_pretty(&mut output, &json(&study))?;
-        writeln!(output)?;
+        console::print_json(&json(&study))?;
     } else {
-        print(&mut output, &study)?;
+        print(&mut console::output(), &study)?;
     }
     Ok(ExitCode::SUCCESS)
 }

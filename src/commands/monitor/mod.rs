@@ -12,6 +12,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 
+use crate::console;
 use crate::exit::Exit;
 use crate::signals;
 use snapshot::Snapshot;
@@ -53,14 +54,12 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         return Ok(Exit::Ok.into());
     };
     let mut source = Source::open(&path)?;
-    let mut output = io::stdout();
     if arguments.json {
         source.catch_up()?;
-        serde_json::to_writer_pretty(&mut output, &Snapshot::of(&source.state))?;
-        writeln!(output)?;
-    } else if arguments.once || !output.is_terminal() {
+        console::print_json(&Snapshot::of(&source.state))?;
+    } else if arguments.once || !io::stdout().is_terminal() {
         source.catch_up()?;
-        output.write_all(view::plain(&source.state).as_bytes())?;
+        console::output().write_all(view::plain(&source.state).as_bytes())?;
     } else {
         terminal::show(&mut source, &stop)?;
     }

@@ -1,6 +1,6 @@
 //! The newest that a log has told, as numbers with units.
 
-use std::path::Path;
+use std::borrow::Cow;
 
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ use uarm_loop::timing::{CycleInstants, TimingSummary};
 #[derive(Clone, Debug, Serialize)]
 pub struct Snapshot<'a> {
     /// The log.
-    pub file: &'a Path,
+    pub file: Cow<'a, str>,
     /// What is run; nothing before the log tells.
     pub run: Option<Subject<'a>>,
     /// How it is: beginning, running, silent, failed, ended or unreadable.
@@ -109,7 +109,7 @@ impl<'a> Snapshot<'a> {
         let (life, told) = words(&state.life());
         let run = state.run.as_ref();
         Self {
-            file: &state.file,
+            file: state.file.to_string_lossy(),
             run: run.map(|run| Subject {
                 robot: &run.robot.name,
                 place: &run.place,

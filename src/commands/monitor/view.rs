@@ -146,8 +146,7 @@ impl<'a> Content<'a> {
         let (tick, time) = snapshot.cycle.as_ref().map_or((0, 0.0), |cycle| (cycle.tick, cycle.time_s));
         let mut where_it_is = format!(
             "tick {tick}   task time {time:.3} s   torque limited in {} cycles   {}",
-            snapshot.limited_cycles,
-            snapshot.file.display()
+            snapshot.limited_cycles, snapshot.file
         );
         if let Some(damage) = snapshot.damage.last() {
             where_it_is.push_str(&format!("   DAMAGED: {damage}"));

@@ -2,7 +2,6 @@
 
 mod chart;
 
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -26,10 +25,12 @@ use uarm_loop::task_clock::PeriodSource;
 use uarm_loop::torque::DisturbanceSite;
 use uarm_plot::output::FigureFile;
 
+use crate::console;
 use crate::dimensions::{ACTIVE, JOINTS, RunLog};
 use crate::exit::Exit;
 use crate::log_files::newest;
-use crate::options::choice;
+use crate::options::{self, choice};
+use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use chart::chart;
@@ -57,7 +58,7 @@ pub struct Arguments {
     #[arg(value_name = "FILE")]
     file: Option<PathBuf>,
     /// Begin with the last keyframe before this task time, s
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = options::seconds)]
     from: Option<f64>,
     /// With a candump file of several interfaces: the one that the drives are on
     #[arg(long, value_name = "INTERFACE")]
@@ -81,17 +82,19 @@ pub struct Arguments {
     #[arg(long, value_parser = choice::<PeriodSource>(), value_name = "SOURCE")]
     dt: Option<PeriodSource>,
     /// With a candump file: the loop's period, instead of the robot file's
-    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    #[arg(long, allow_hyphen_values = true, value_parser = options::period, value_name = "TIME")]
     period: Option<Duration>,
     /// With a candump file: the disturbance on the sent torque
     #[arg(long, value_parser = choice::<Disturbance>(), value_name = "KIND")]
     disturbance: Option<Disturbance>,
     /// Draw the recorded torques and the other controller's to this file, .svg or .png
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "FILE.svg|FILE.png")]
+    plot: Option<FigureFile>,
     /// Write both torques of each cycle to this file
     #[arg(long, value_name = "FILE.csv")]
     csv: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -154,6 +157,9 @@ impl WhatIfReport {
 /// If it cannot be read, or holds nothing to replay.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let path = arguments.file.clone().map_or_else(newest, Ok)?;
+    let outputs = arguments.outputs(&path);
+    outputs.check(arguments.plot.as_ref().map(FigureFile::path)).context("--plot")?;
+    outputs.check(arguments.csv.as_deref()).context("--csv")?;
     let recorded = read(&path, arguments)?;
     let bus = bus_cycles(&recorded.frames, recorded.robot.description.nodes());
     let log = recorded.log.as_deref();
@@ -167,7 +173,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     };
     let file = path.display().to_string();
     if arguments.asks_for_another(&recorded) {
-        what_if(arguments, &recorded, &source, &file)
+        what_if(arguments, &recorded, &source, &file, &outputs)
     } else {
         exact(arguments, &recorded, &source, &file)
     }
@@ -182,6 +188,11 @@ impl Arguments {
             || self.fuzzy_sets.is_some()
             || self.adaptation.is_some();
         recorded.log.is_some() && something
+    }
+
+    fn outputs(&self, recording: &Path) -> OutputFiles {
+        let files = [&self.robot, &self.fuzzy_sets];
+        OutputFiles::new(self.force, files.into_iter().flatten().map(PathBuf::as_path).chain([recording]))
     }
 
     fn overrides(&self, law: Law) -> Overrides {
@@ -261,7 +272,7 @@ fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: 
     let mut controller = recorded.robot.controller(recorded.settings.law, recorded.settings.guard)?;
     let replay = ExactReplay::run(source, &mut controller, start).with_context(|| file.to_owned())?;
     if arguments.json {
-        print_json(&Report {
+        console::print_json(&Report {
             file,
             controller: &recorded.name,
             exact: Some(&replay),
@@ -270,7 +281,7 @@ fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: 
             clock_steps: &recorded.clock_steps,
         })?;
     } else {
-        print_exact(&replay, recorded, file, &mut io::stdout().lock())?;
+        print_exact(&replay, recorded, file, &mut console::output())?;
     }
     let exit = if !replay.is_equal() || !replay.has_compared() {
         Exit::Failure
@@ -335,7 +346,13 @@ fn print_recording(recorded: &Recorded, output: &mut impl Write) -> io::Result<(
     Ok(())
 }
 
-fn what_if(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: &str) -> anyhow::Result<ExitCode> {
+fn what_if(
+    arguments: &Arguments,
+    recorded: &Recorded,
+    source: &Source<'_>,
+    file: &str,
+    outputs: &OutputFiles,
+) -> anyhow::Result<ExitCode> {
     ensure!(
         arguments.from.is_none(),
         "--from is for a replay of the run as it was: another law begins with its own state"
@@ -359,12 +376,12 @@ fn what_if(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file
         Some(_) => format!("{} of {}", law.name(), robot.description.name),
         None => law.name().to_owned(),
     };
-    if let Some(path) = &arguments.plot {
-        let sheet = chart(&what_if, &recorded.name, &other_name, file);
-        FigureFile::new(path.clone()).and_then(|file| file.write(&sheet)).context("--plot")?;
+    if let Some(figure) = &arguments.plot {
+        let bytes = figure.render(&chart(&what_if, &recorded.name, &other_name, file)).context("--plot")?;
+        outputs.write(figure.path(), |output| output.write_all(&bytes)).context("--plot")?;
     }
     if let Some(path) = &arguments.csv {
-        write_csv(&what_if, path).with_context(|| format!("--csv {}", path.display()))?;
+        outputs.write(path, |output| write_csv(&what_if, output)).context("--csv")?;
     }
     if arguments.json {
         let report = Report {
@@ -375,9 +392,9 @@ fn what_if(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file
             damage: &recorded.damage,
             clock_steps: &recorded.clock_steps,
         };
-        print_json(&report)?;
+        console::print_json(&report)?;
     } else {
-        print_what_if(&what_if, recorded, &other_name, file, &mut io::stdout().lock())?;
+        print_what_if(&what_if, recorded, &other_name, file, &mut console::output())?;
     }
     let whole = recorded.damage.is_empty() && what_if.lost_cycles == 0;
     let exit = match (what_if.pairs.is_empty(), whole) {
@@ -419,19 +436,11 @@ fn print_what_if(
     print_recording(recorded, output)
 }
 
-fn write_csv(what_if: &WhatIf, path: &Path) -> io::Result<()> {
-    let mut output = io::BufWriter::new(File::create(path)?);
+fn write_csv(what_if: &WhatIf, output: &mut dyn Write) -> io::Result<()> {
     writeln!(output, "tick,time_s,torque_recorded_2_nm,torque_recorded_3_nm,torque_other_2_nm,torque_other_3_nm")?;
     for pair in &what_if.pairs {
         let ([recorded_2, recorded_3], [other_2, other_3]) = (pair.recorded, pair.other);
         writeln!(output, "{},{},{recorded_2},{recorded_3},{other_2},{other_3}", pair.tick, pair.time)?;
     }
-    output.flush()
-}
-
-fn print_json(report: &Report<'_>) -> anyhow::Result<()> {
-    let mut output = io::stdout().lock();
-    serde_json::to_writer_pretty(&mut output, report)?;
-    writeln!(output)?;
     Ok(())
 }

@@ -17,6 +17,7 @@ use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 use super::place::Place;
 use super::realtime::Realtime;
 use super::recording::{LogHandle, LoopSide};
+use crate::console;
 use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
 use crate::drives::{Failure, receive_identifiers, run_on};
 use crate::error_text::with_causes;
@@ -39,6 +40,8 @@ pub struct LoopThread<'a> {
     pub log: Option<LogHandle>,
     /// How others look at the run, and end it.
     pub observer: Observer<'a, ACTIVE>,
+    /// What is about to move, told when nothing can be wrong any more with interface, options and files.
+    pub announcement: &'a [String],
 }
 
 /// How a run ended, and what came of it until then.
@@ -96,35 +99,46 @@ impl LoopThread<'_> {
     where
         L::Error: Send + Sync + 'static,
     {
-        let Self { robot, settings, loop_side, observer, .. } = self;
+        let Self { robot, settings, loop_side, observer, announcement, .. } = self;
+        let experiment = Experiment { robot, settings, announcement };
         match loop_side {
             Some(LoopSide { cycles, frames }) => {
                 let link = ObservedLink::new(link, |direction, frame: &_, at| frames.record(direction, frame, at));
-                finish(robot, settings, link, clock, cycles, observer)
+                experiment.finish(link, clock, cycles, observer)
             }
-            None => finish(robot, settings, link, clock, NoRecorder, observer),
+            None => experiment.finish(link, clock, NoRecorder, observer),
         }
     }
 }
 
-fn finish<L: Link, C: Clock>(
-    robot: &Robot,
-    settings: &Settings,
-    link: L,
-    mut clock: C,
-    recorder: impl Recorder<JOINTS, ACTIVE>,
-    observer: Observer<'_, ACTIVE>,
-) -> anyhow::Result<Finished>
-where
-    L::Error: Send + Sync + 'static,
-{
-    let mut controller = robot.controller(settings.law, settings.guard)?;
-    let ended = run_on(&robot.description, settings, &mut controller, link, &mut clock, recorder, observer)?;
-    let end = ended.end.map_err(|Failure { cause, hint }| match hint {
-        Some(hint) => anyhow::anyhow!("{} ({hint})", with_causes(&cause)),
-        None => cause,
-    });
-    Ok(Finished { end, outcome: ended.outcome, stop: describe(&ended.stop) })
+/// What is run on whatever drives.
+struct Experiment<'a> {
+    robot: &'a Robot,
+    settings: &'a Settings,
+    announcement: &'a [String],
+}
+
+impl Experiment<'_> {
+    fn finish<L: Link, C: Clock>(
+        &self,
+        link: L,
+        mut clock: C,
+        recorder: impl Recorder<JOINTS, ACTIVE>,
+        observer: Observer<'_, ACTIVE>,
+    ) -> anyhow::Result<Finished>
+    where
+        L::Error: Send + Sync + 'static,
+    {
+        let Self { robot, settings, announcement } = *self;
+        let mut controller = robot.controller(settings.law, settings.guard)?;
+        announcement.iter().for_each(console::tell);
+        let ended = run_on(&robot.description, settings, &mut controller, link, &mut clock, recorder, observer)?;
+        let end = ended.end.map_err(|Failure { cause, hint }| match hint {
+            Some(hint) => anyhow::anyhow!("{} ({hint})", with_causes(&cause)),
+            None => cause,
+        });
+        Ok(Finished { end, outcome: ended.outcome, stop: describe(&ended.stop) })
+    }
 }
 
 /// A link to the drives of `robot` on `interface`. The kernel passes on only frames that they send, and those that only

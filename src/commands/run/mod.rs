@@ -8,7 +8,7 @@ mod session;
 mod stability;
 mod watch;
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -21,9 +21,10 @@ use uarm_loop::settings::Settings;
 use uarm_loop::task_clock::PeriodSource;
 use uarm_loop::torque::DisturbanceSite;
 
+use crate::console;
 use crate::exit::Exit;
 use crate::log_files::LogChoice;
-use crate::options::choice;
+use crate::options::{self, choice};
 use crate::reference;
 use crate::report::{RunReport, print_mean};
 use crate::robot::Robot;
@@ -61,13 +62,13 @@ pub struct Arguments {
     #[arg(long)]
     virtual_time: bool,
     /// The loop's period, such as 3ms or 1ms, instead of the robot file's
-    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    #[arg(long, allow_hyphen_values = true, value_parser = options::period, value_name = "TIME")]
     period: Option<Duration>,
     /// How long the end of the motion is held, such as 500ms or 60s, instead of the robot file's
-    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    #[arg(long, allow_hyphen_values = true, value_parser = options::hold, value_name = "TIME")]
     hold: Option<Duration>,
     /// Go to the start of the motion first, from wherever the joints are, in this time, such as 5s
-    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    #[arg(long, allow_hyphen_values = true, value_parser = options::approach, value_name = "TIME")]
     approach: Option<Duration>,
     /// How controllers 1 and 2 have the base acceleration, instead of the robot file's choice
     #[arg(long, value_parser = choice::<BaseAcceleration>(), value_name = "MODE")]
@@ -104,7 +105,7 @@ pub struct Arguments {
     cpu: Option<usize>,
     /// Where the run is recorded, as MCAP for Foxglove, `uarm show` and `uarm replay`: a new file, or "none"; without this
     /// option runs/TIME-CONTROLLER.mcap
-    #[arg(long, value_name = "FILE|none")]
+    #[arg(long, allow_hyphen_values = true, value_name = "FILE|none")]
     log: Option<LogChoice>,
     /// Print the reports as JSON
     #[arg(long)]
@@ -119,7 +120,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let robot = robot(arguments)?;
     let place = place(arguments);
     for line in stability::admit(&robot, arguments.controller, &place)? {
-        eprintln!("{line}");
+        console::tell(line);
     }
     let stop = signals::stop_request().context("signal handlers")?;
     let session = Session {
@@ -128,9 +129,6 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         realtime: realtime(arguments)?,
         log: arguments.log.clone().unwrap_or_default(),
     };
-    for line in session.announcement(&robot) {
-        eprintln!("{line}");
-    }
     let mut reports = Vec::new();
     for number in 1..=arguments.repeat {
         if stop.is_made() {
@@ -138,11 +136,11 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         }
         let report = session.run(&robot, Repetition { number, of: arguments.repeat }, &stop)?;
         if !arguments.json {
-            report.print(&mut std::io::stdout().lock())?;
+            deliver(|output| report.print(output));
         }
         let completed = report.completed;
         if !completed {
-            eprintln!("uarm: {}", report.end);
+            console::tell(format_args!("uarm: {}", report.end));
         }
         reports.push(report);
         if !completed {
@@ -150,13 +148,29 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         }
     }
     if arguments.json {
-        let mut output = std::io::stdout().lock();
-        serde_json::to_writer_pretty(&mut output, &reports)?;
-        writeln!(output)?;
+        if let Err(error) = console::print_json(&reports) {
+            tell_instead(&error, |output| reports.iter().try_for_each(|report| report.print(output)));
+        }
     } else if reports.len() > 1 {
-        print_mean(&reports, &mut std::io::stdout().lock())?;
+        deliver(|output| print_mean(&reports, output));
     }
     Ok(outcome(&reports, arguments.can.is_some()).into())
+}
+
+/// Prints to standard output, or, where that fails, to standard error: the motion was made, and its report must not be lost.
+/// What the run came to is not changed by who reads of it.
+fn deliver(print: impl Fn(&mut dyn Write) -> io::Result<()>) {
+    let mut output = console::output();
+    if let Err(error) = print(&mut output).and_then(|()| output.flush()) {
+        tell_instead(&error, print);
+    }
+}
+
+fn tell_instead(error: &io::Error, print: impl Fn(&mut dyn Write) -> io::Result<()>) {
+    let mut text = Vec::new();
+    // A `Vec` takes everything.
+    let _ = print(&mut text);
+    console::tell(format_args!("uarm: {error}; the report:\n{}", String::from_utf8_lossy(&text)));
 }
 
 /// Missed deadlines are a loss where motors were driven; on the simulated robot they only tell of the machine.
@@ -181,7 +195,7 @@ fn robot(arguments: &Arguments) -> anyhow::Result<Robot> {
     if let Some(interface) = &arguments.can {
         let name = interface.parse().with_context(|| format!("--can {interface}"))?;
         let (referenced, lines) = reference::apply(robot, arguments.robot.as_deref(), name)?;
-        lines.iter().for_each(|line| eprintln!("{line}"));
+        lines.iter().for_each(console::tell);
         robot = referenced;
     }
     robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;

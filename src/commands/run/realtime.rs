@@ -6,6 +6,8 @@ use uarm_log::description::MachineDescription;
 use uarm_loop::choice::Choice;
 use uarm_loop::recording::{LogHandle, Severity};
 
+use crate::console;
+
 /// How the loop's thread is scheduled.
 #[derive(Clone, Copy, Debug)]
 pub struct Realtime(RealtimeSettings);
@@ -46,7 +48,7 @@ impl Realtime {
             let is_missing = !finding.how_to_get_it.is_empty();
             let text = format!("real time: {finding}");
             if is_missing {
-                eprintln!("  {text}");
+                console::tell(format_args!("  {text}"));
             }
             if let Some(log) = log {
                 log.add(if is_missing { Severity::Warning } else { Severity::Info }, text);

@@ -71,12 +71,13 @@ impl Session {
     /// # Errors
     /// If it cannot be begun, or a file cannot be opened.
     pub fn run(&self, robot: &Robot, repetition: Repetition, stop: &StopRequest) -> anyhow::Result<RunReport> {
+        let announcement = self.announcement(robot);
         let content = LogContent {
             robot,
             settings: &self.settings,
             place: &self.place,
             machine: &self.realtime.machine(),
-            announcement: &self.announcement(robot),
+            announcement: &announcement,
         };
         let mut recording = RunRecording::start(&self.log, &content, repetition)?;
         let progress = Progress::default();
@@ -91,6 +92,7 @@ impl Session {
                 loop_side,
                 log,
                 observer: Observer { progress, stop },
+                announcement: if repetition.number == 1 { &announcement } else { &[] },
             };
             let run = move || loop_thread.run();
             let experiment = thread::Builder::new().name("uarm-loop".into()).spawn_scoped(scope, run)?;

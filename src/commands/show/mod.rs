@@ -3,9 +3,8 @@
 mod print;
 mod summary;
 
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -14,10 +13,12 @@ use uarm_plot::output::FigureFile;
 
 use uarm_log::{candump, csv};
 
+use crate::console;
 use crate::dimensions::RunLog;
 use crate::exit::Exit;
 use crate::inspection::{chart, panels, plain_text};
 use crate::log_files;
+use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
 use summary::Summary;
 
@@ -52,6 +53,8 @@ pub struct Arguments {
     /// Write the frames as candump -L does; "-" for standard output, without the summary
     #[arg(long, value_name = "FILE|-", value_parser = destination)]
     candump: Option<Destination>,
+    #[command(flatten)]
+    force: Force,
     /// Print the summary as JSON
     #[arg(long, conflicts_with = "plot")]
     json: bool,
@@ -72,14 +75,23 @@ fn destination(text: &str) -> Result<Destination, std::convert::Infallible> {
 }
 
 impl Destination {
-    fn open(&self) -> anyhow::Result<Box<dyn Write>> {
-        Ok(match self {
-            Self::StandardOutput => Box::new(BufWriter::new(io::stdout().lock())),
-            Self::File(path) => {
-                let file = File::create(path).with_context(|| path.display().to_string())?;
-                Box::new(BufWriter::new(file))
+    fn file(&self) -> Option<&Path> {
+        match self {
+            Self::StandardOutput => None,
+            Self::File(path) => Some(path),
+        }
+    }
+
+    fn write(&self, outputs: &OutputFiles, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> anyhow::Result<()> {
+        match self {
+            Self::StandardOutput => {
+                let mut output = BufWriter::new(console::output());
+                write(&mut output)?;
+                output.flush()?;
             }
-        })
+            Self::File(path) => outputs.write(path, write)?,
+        }
+        Ok(())
     }
 }
 
@@ -90,18 +102,19 @@ impl Destination {
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let standard_output_is_taken = is_standard_output_taken(arguments);
     let path = arguments.file.clone().map_or_else(log_files::newest, Ok)?;
+    let outputs = OutputFiles::new(arguments.force, [path.as_path()]);
+    outputs.check(arguments.output_files())?;
     let log = RunLog::read(&path)?;
     let robot = Robot::from_log(&path, &log.run.robot).context("the robot in the log")?;
     let summary = Summary::of(&log, &robot);
-    export(arguments, &log)?;
-    let mut output = io::stdout().lock();
+    export(arguments, &log, &outputs)?;
+    let mut output = console::output();
     if standard_output_is_taken {
         for loss in &summary.report.losses {
-            eprintln!("uarm: {}: {loss}", path.display());
+            console::tell(format_args!("uarm: {}: {loss}", path.display()));
         }
     } else if arguments.json {
-        serde_json::to_writer_pretty(&mut output, &summary)?;
-        writeln!(output)?;
+        console::print_json(&summary)?;
     } else {
         print::print(&summary, &mut output)?;
     }
@@ -110,6 +123,13 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     }
     let exit = if summary.is_whole() { Exit::Ok } else { Exit::Loss };
     Ok(exit.into())
+}
+
+impl Arguments {
+    fn output_files(&self) -> impl Iterator<Item = &Path> {
+        let exports = [&self.csv, &self.candump].into_iter().flatten().filter_map(Destination::file);
+        exports.chain(self.figure.iter().map(FigureFile::path))
+    }
 }
 
 /// Whether an export goes to standard output; two of them, or one and the JSON or the plots, would be unreadable there.
@@ -124,18 +144,21 @@ fn is_standard_output_taken(arguments: &Arguments) -> bool {
     takers > 0
 }
 
-fn export(arguments: &Arguments, log: &RunLog) -> anyhow::Result<()> {
+fn export(arguments: &Arguments, log: &RunLog, outputs: &OutputFiles) -> anyhow::Result<()> {
     if let Some(destination) = &arguments.csv {
-        csv::write(&log.cycles, destination.open().context("--csv")?).context("--csv")?;
+        destination.write(outputs, |output| csv::write(&log.cycles, output)).context("--csv")?;
     }
     if let Some(destination) = &arguments.candump {
         let interface = log.run.interface().unwrap_or(INTERFACE_OF_SIMULATED_ROBOTS);
-        let output = destination.open().context("--candump")?;
-        candump::write(&log.frames, interface, log.run.axis, output).context("--candump")?;
+        let write = |output: &mut dyn Write| candump::write(&log.frames, interface, log.run.axis, output);
+        destination.write(outputs, write).context("--candump")?;
     }
     if !arguments.figure.is_empty() {
         let sheet = panels::sheet(log);
-        arguments.figure.iter().try_for_each(|file| file.write(&sheet)).context("--figure")?;
+        for figure in &arguments.figure {
+            let bytes = figure.render(&sheet).context("--figure")?;
+            outputs.write(figure.path(), |output| output.write_all(&bytes)).context("--figure")?;
+        }
     }
     Ok(())
 }

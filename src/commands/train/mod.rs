@@ -7,17 +7,20 @@ pub mod samples;
 use std::io::{IsTerminal, Write};
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anfis::{Epoch, StopReason};
 use anyhow::Context;
 use hinf_control::{FuzzySets, Law};
 use indicatif::{ProgressBar, ProgressStyle};
+use uarm_plot::sheet::Sheet;
 
+use crate::console;
 use crate::figures::output::{Format, write};
 use crate::figures::sets;
-use crate::options::choice;
+use crate::options::{self, choice};
+use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
 use crate::robot::fuzzy_sets::TrainedSets;
 use learn::{Learned, Settings, learn};
@@ -54,7 +57,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(0..=1_000_000), value_name = "N")]
     epochs: u32,
     /// The first step, in halves of a universe; it adapts
-    #[arg(long, default_value_t = 0.01, value_name = "STEP")]
+    #[arg(long, default_value_t = 0.01, allow_hyphen_values = true, value_parser = options::step, value_name = "STEP")]
     step: f64,
     /// Stop after so many epochs without a lower checking error
     #[arg(long, value_name = "N")]
@@ -62,6 +65,8 @@ pub struct Arguments {
     /// Where the sets go
     #[arg(long, default_value = "fuzzy-sets.toml", value_name = "FILE.toml")]
     out: PathBuf,
+    #[command(flatten)]
+    force: Force,
     /// Draw the sets before and after (the paper's Fig. 12) and the errors by epoch into this directory
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
@@ -75,6 +80,9 @@ pub struct Arguments {
 /// # Errors
 /// If a recorded run or the robot file is wrong, or a file cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let inputs = arguments.runs.iter().chain(&arguments.check).chain(&arguments.robot);
+    let outputs = OutputFiles::new(arguments.force, inputs.map(PathBuf::as_path));
+    outputs.check([arguments.out.as_path()]).context("--out")?;
     let robot = Robot::load(arguments.robot.as_deref())?;
     let data = samples(&arguments.runs, arguments.controller, &robot)?;
     let checking = match arguments.check.as_slice() {
@@ -96,12 +104,15 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     bar.finish_and_clear();
     let trained = TrainedSets { firing: robot.file.controllers.fuzzy.firing, sets: learned.sets };
     let text = trained.to_text(&comment(arguments, &robot, &learned));
-    std::fs::write(&arguments.out, text).with_context(|| format!("--out {}", arguments.out.display()))?;
-    let mut output = std::io::stdout().lock();
+    let figures = match &arguments.figures {
+        Some(directory) => write(&figures(&learned), directory, arguments.format, &outputs).context("--figures")?,
+        None => Vec::new(),
+    };
+    outputs.write(&arguments.out, |output| output.write_all(text.as_bytes())).context("--out")?;
+    let mut output = console::output();
     report(&mut output, &learned)?;
-    writeln!(output, "{}", arguments.out.display())?;
-    if let Some(directory) = &arguments.figures {
-        draw(&mut output, directory, arguments.format, &learned)?;
+    for file in [&arguments.out].into_iter().chain(&figures) {
+        writeln!(output, "{}", file.display())?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -177,18 +188,13 @@ fn report(output: &mut impl Write, learned: &Learned) -> std::io::Result<()> {
     Ok(())
 }
 
-fn draw(output: &mut impl Write, directory: &Path, format: Format, learned: &Learned) -> anyhow::Result<()> {
-    std::fs::create_dir_all(directory).with_context(|| format!("--figures {}", directory.display()))?;
+/// The sets before and after, and the errors by epoch.
+fn figures(learned: &Learned) -> [Sheet; 2] {
     let kept = learned.trained.kept_epoch();
     let note = format!("ANFIS, {} epochs, {} samples", kept.premise_updates, learned.counts[0]);
     let before = FuzzySets::untrained();
-    for sheet in [
+    [
         sets::fuzzy_sets("fuzzy-sets", &before, &learned.sets, &note),
         sets::learning_curve("learning-curve", &learned.trained),
-    ] {
-        for file in write(&sheet, directory, format)? {
-            writeln!(output, "{}", file.display())?;
-        }
-    }
-    Ok(())
+    ]
 }

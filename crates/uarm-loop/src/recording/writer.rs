@@ -1,6 +1,6 @@
 //! The writer thread: takes entries from the queues to the sinks, and may wait for a disk as long as it likes.
 
-use std::io;
+use std::io::{self, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
@@ -127,7 +127,8 @@ impl<const J: usize, const N: usize> Outputs<J, N> {
             sink.take(entry)
                 .inspect_err(|error| {
                     let failure = format!("{}: {error}", sink.name());
-                    eprintln!("uarm: {failure}; the run goes on without it");
+                    // The failure is in the report as well: nothing depends on whether somebody reads this.
+                    let _ = writeln!(std::io::stderr(), "uarm: {failure}; the run goes on without it");
                     failures.push(failure);
                 })
                 .is_ok()

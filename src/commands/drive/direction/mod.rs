@@ -16,6 +16,7 @@ use uarm_io::socketcan_link::{InterfaceName, Reception, SocketCanLink};
 
 use super::node::node_id;
 use super::patient_link::PatientLink;
+use crate::console;
 use crate::exit::Exit;
 use crate::robot::Robot;
 use crate::{sdo_access, signals};
@@ -70,18 +71,18 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let mut link = PatientLink(SocketCanLink::open(arguments.can, Reception::Exactly(&identifiers))?);
     sdo_access::ensure(&mut link, &MonotonicClock, arguments.node)?;
     let limit = arguments.seconds.map(|seconds| Duration::from_secs(seconds.into()));
-    eprintln!("turn the joint of node {} counter-clockwise by {} revolutions", arguments.node.raw(), arguments.turns);
+    let (node, turns) = (arguments.node.raw(), arguments.turns);
+    console::tell(format_args!("turn the joint of node {node} counter-clockwise by {turns} revolutions"));
     let turning = watch::watch(&mut link, &MonotonicClock, arguments.node, limit, &stop, |turning| {
-        eprint!("\r{:>12} counts, {:+} from the start   ", turning.last(), turning.travelled());
+        let (last, travelled) = (turning.last(), turning.travelled());
+        console::tell_again(format_args!("{last:>12} counts, {travelled:+} from the start   "));
     })?;
-    eprintln!();
+    console::tell("");
     let finding = Finding::new(arguments.node.raw(), &turning, arguments.turns, encoder);
-    let mut output = std::io::stdout().lock();
     if arguments.json {
-        serde_json::to_writer_pretty(&mut output, &finding)?;
-        writeln!(output)?;
+        console::print_json(&finding)?;
     } else {
-        output.write_all(finding.text().as_bytes())?;
+        console::output().write_all(finding.text().as_bytes())?;
     }
     Ok(if finding.is_good() { Exit::Ok } else { Exit::Failure }.into())
 }

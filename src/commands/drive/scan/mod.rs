@@ -13,6 +13,7 @@ use uarm_io::monotonic::MonotonicClock;
 use uarm_io::socketcan_link::{InterfaceName, Reception, SocketCanLink};
 
 use super::patient_link::PatientLink;
+use crate::console;
 use crate::exit::Exit;
 use crate::signals;
 use survey::{Asking, Scan};
@@ -57,14 +58,12 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         (false, false) => Asking::UnlessDisturbing,
     };
     let listening = Duration::from_secs(arguments.seconds.into());
-    eprintln!("listening on {} for {} s", arguments.can, arguments.seconds);
+    console::tell(format_args!("listening on {} for {} s", arguments.can, arguments.seconds));
     let scan = Scan::make(&mut link, &MonotonicClock, listening, asking, &stop)?;
-    let mut output = std::io::stdout().lock();
     if arguments.json {
-        serde_json::to_writer_pretty(&mut output, &scan)?;
-        writeln!(output)?;
+        console::print_json(&scan)?;
     } else {
-        output.write_all(text::scan(&arguments.can.to_string(), &scan).as_bytes())?;
+        console::output().write_all(text::scan(&arguments.can.to_string(), &scan).as_bytes())?;
     }
     Ok(if scan.nodes().is_empty() { Exit::Failure } else { Exit::Ok }.into())
 }
