@@ -16,6 +16,7 @@
 //! | [`exit`], [`error_text`] | exit codes; errors in words |
 //! | [`bus_observation`] | what is heard on a bus by somebody who sends nothing |
 //! | [`sdo_access`] | SDO access to drives that a run has stopped |
+//! | [`eds`] | what makers' dictionaries say |
 //! | [`dimensions`] | the one place that says how many joints the robot has |
 //!
 //! The control loop itself is the crate [`uarm_loop`]: see [`uarm_loop::control_loop`].
@@ -27,6 +28,7 @@ pub mod commands;
 pub mod console;
 pub mod dimensions;
 pub mod drives;
+pub mod eds;
 pub mod error_text;
 pub mod exit;
 pub mod figures;

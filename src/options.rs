@@ -1,4 +1,4 @@
-//! Choices on command lines: what [`Choice`] names, as clap reads and lists it.
+//! Choices and times on command lines.
 
 use std::time::Duration;
 
@@ -67,10 +67,39 @@ pub fn step(text: &str) -> Result<f64, String> {
     step.ok_or_else(|| "expected a finite number above 0".to_owned())
 }
 
+/// Reads a time such as `3ms`, `1.5s` or `2m 30s`.
+///
+/// # Errors
+/// What was expected.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    let expected = || format!("{text:?}: expected a time such as 3ms, 1.5s or 2m 30s");
+    if let Ok(duration) = humantime::parse_duration(text) {
+        return Ok(duration);
+    }
+    let units = [("us", 1e-6), ("ms", 1e-3), ("s", 1.0)];
+    let (number, unit) = units
+        .iter()
+        .find_map(|(unit, seconds)| Some((text.strip_suffix(unit)?.trim(), seconds)))
+        .ok_or_else(expected)?;
+    let seconds = number.parse::<f64>().map_err(|_| expected())? * unit;
+    let duration = Duration::try_from_secs_f64(seconds).map_err(|_| expected())?;
+    Ok(duration)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use hinf_control::Law;
+
+    #[test]
+    fn times_have_units_and_may_have_fractions() {
+        for (text, microseconds) in [("3ms", 3_000), ("1.5s", 1_500_000), ("250us", 250), ("2m 30s", 150_000_000)] {
+            assert_eq!(duration(text), Ok(Duration::from_micros(microseconds)), "{text}");
+        }
+        for text in ["3", "", "s", "-1s", "fast", "1e300s", "NaNs"] {
+            assert!(duration(text).unwrap_err().contains("3ms"), "{text}");
+        }
+    }
 
     #[test]
     fn a_choice_is_read_by_its_name() {

@@ -11,12 +11,15 @@ use uarm_io::time::Instant;
 use uarm_sim::drive::{DriveDescription, DriveParameters, EncoderDescription};
 use uarm_sim::odrive::{AxisDescription, AxisParameters, EmulatedOdrives};
 use uarm_sim::{
-    Brake, DemPlant, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep, Outbox, Pacing, Plant,
-    RobotOnBus, UarmPlant, UarmPlantParameters,
+    Brake, DemPlant, DriveDictionary, EmulatedDrive, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep,
+    Outbox, Pacing, Plant, PowerUp, RobotOnBus, UarmPlant, UarmPlantParameters,
 };
 
+use uarm_eds::Dictionary;
 use uarm_loop::robot::{Bus, Joint, Protocol};
 
+use crate::dimensions::JOINTS;
+use crate::eds::maker_dictionary;
 use crate::robot::Robot;
 
 /// Which plant a simulated robot is.
@@ -245,6 +248,43 @@ pub fn emulate<P: Plant + Clone>(robot: &Robot, plant: P, pacing: Pacing) -> any
     let [first, second, third] = joints;
     let emulated = EmulatedRobot::new(plant, [drive(first)?, drive(second)?, drive(third)?], pacing)?;
     Ok(emulated.with_torque_delays(joints.each_ref().map(|joint| joint.torque_delay))?)
+}
+
+/// Objects that an emulated drive with a maker's dictionary can hold: three times as many as the largest known has.
+pub const MAKERS_OBJECTS: usize = 2048;
+
+/// A drive that somebody else made.
+#[derive(Clone, Copy, Debug)]
+pub struct BoughtDrive<'a> {
+    /// Its maker's dictionary; without it the emulation's own.
+    pub dictionary: Option<&'a Dictionary>,
+    /// How it starts.
+    pub power_up: PowerUp,
+}
+
+/// Puts emulated drives with makers' dictionaries on a plant; what the dictionaries do not say is as the robot file describes it.
+///
+/// # Errors
+/// If the robot file or a dictionary describes a drive that cannot be emulated.
+pub fn emulate_bought<P: Plant + Clone>(
+    robot: &Robot,
+    plant: P,
+    pacing: Pacing,
+    bought: &[BoughtDrive<'_>; JOINTS],
+) -> anyhow::Result<Box<EmulatedRobot<P, MAKERS_OBJECTS>>> {
+    let [first, second, third] = &robot.description.joints;
+    let [a, b, c] = bought;
+    let drives = [bought_drive(first, a)?, bought_drive(second, b)?, bought_drive(third, c)?];
+    Ok(Box::new(EmulatedRobot::with_drives(plant, drives, pacing)?))
+}
+
+fn bought_drive(joint: &Joint, bought: &BoughtDrive<'_>) -> anyhow::Result<EmulatedDrive<MAKERS_OBJECTS>> {
+    let parameters = drive(joint)?.with_power_up(bought.power_up);
+    let objects = match bought.dictionary {
+        Some(dictionary) => maker_dictionary(dictionary, &parameters),
+        None => DriveDictionary::own(&parameters),
+    };
+    EmulatedDrive::with_dictionary(parameters, objects).with_context(|| joint.name.clone())
 }
 
 /// Shown by the emulated drives (6075h) and used nowhere: the paper prints no motor currents.

@@ -1,8 +1,9 @@
 //! `uarm drive`: commissioning, one drive or one bus at a time.
 
+mod check;
 mod confirmation;
 mod direction;
-mod node;
+pub(super) mod node;
 mod patient_link;
 mod reference;
 mod scan;
@@ -23,6 +24,8 @@ pub struct Arguments {
 enum Command {
     /// Tell who is on the bus: nodes, identities, NMT states, cyclic traffic, emergencies, masters at work
     Scan(scan::Arguments),
+    /// Judge a drive by its dictionary file or by itself: what it lacks, what helps, its entry in the robot file
+    Check(check::Arguments),
     /// Tell which way a joint counts, while somebody turns it with the motor off
     Direction(direction::Arguments),
     /// Tell where the joints with incremental encoders are, in a pose that somebody confirms
@@ -38,6 +41,7 @@ enum Command {
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     match &arguments.command {
         Command::Scan(arguments) => scan::execute(arguments),
+        Command::Check(arguments) => check::execute(arguments),
         Command::Direction(arguments) => direction::execute(arguments),
         Command::Reference(arguments) => reference::execute(arguments),
         Command::TorqueTest(arguments) => torque_test::execute(arguments),

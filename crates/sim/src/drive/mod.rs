@@ -35,6 +35,7 @@ mod services;
 mod state;
 mod timers;
 
+pub use canopen_rs::AccessType;
 pub use dictionary::{CAPACITY, DictionaryEntry, Mappable, OBJECTS};
 pub use encoder::{Encoder, EncoderDescription, EncoderError};
 pub use faults::DriveFault;

@@ -10,6 +10,7 @@ pub use bystander::Bystander;
 pub use error::{Expected, SdoError};
 
 use crate::drive::network::Disturbance;
+use crate::drive::survey::{Answer, Answered};
 use crate::drive::wire;
 use crate::frame::Frame;
 use crate::time::Duration;
@@ -65,6 +66,25 @@ const ABORT: u8 = 0x80;
 const UPLOAD_WITHOUT_SIZE: u8 = 0x42;
 /// The longest value that `canopen-rs` transfers is 32 bytes, five segments; empty segments beyond that are nonsense.
 const MOST_EXCHANGES: u8 = 8;
+
+/// SDO abort codes that say that there is no such object, and no such sub-index.
+const ABSENT: [u32; 2] = [0x0602_0000, 0x0609_0011];
+
+/// What a drive's answer to a read says of an object.
+///
+/// # Errors
+/// If it is no answer: silence, or a link that failed.
+pub fn answered<E>(read: Result<Value, SdoError<E>>) -> Result<Answered, SdoError<E>> {
+    let answer = match read {
+        Ok(value) => Answer::of(value),
+        Err(SdoError::Abort { code, .. }) if ABSENT.contains(&code) => Answer::Absent,
+        Err(SdoError::Abort { code, .. }) => Answer::Refused(code),
+        // A text, a domain, or a number of another length.
+        Err(SdoError::Response { .. }) => Answer::NotANumber,
+        Err(error) => return Err(error),
+    };
+    Ok(Answered::by_drive(answer))
+}
 
 /// Reads an object.
 ///

@@ -79,10 +79,10 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     })?;
     let plan = plan(arguments, joint, robot.description.period.duration())?;
     let node = arguments.node.raw();
-    eprintln!(
+    console::tell(format_args!(
         "{}, node {node} on {}: {} per mille of the rated torque, at most {} deg and {} deg/s; THE MOTOR WILL MOVE",
         joint.name, arguments.can, plan.per_mille, arguments.window, arguments.speed
-    );
+    ));
     let statement = format!("the arm is supported and node {node} may move");
     let terminal = std::io::stdin().is_terminal();
     match confirm(&statement, &node.to_string(), arguments.yes, terminal, &mut std::io::stdin().lock())? {

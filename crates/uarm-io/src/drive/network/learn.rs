@@ -5,16 +5,13 @@ use super::error::StartError;
 use super::master::LastDefence;
 use crate::drive::objects::{self, Object};
 use crate::drive::plan::{self, Plan};
-use crate::drive::sdo::SdoError;
-use crate::drive::survey::{Answer, Answered, ObjectSource, Survey};
+use crate::drive::sdo::{self, SdoError};
+use crate::drive::survey::{Answered, ObjectSource, Survey};
 use crate::drive::wire;
 use crate::drive::wishes::{AbortOption, DriveConfiguration, Protocol, ReadBack, Setting, SyncPayload, Watchdog};
 use crate::link::Link;
 use crate::time::Clock;
 use canopen_rs::NodeId;
-
-/// SDO abort codes that say that there is no such object, and no such sub-index.
-const ABSENT: [u32; 2] = [0x0602_0000, 0x0609_0011];
 
 /// The objects of one drive, over SDO.
 struct DriveObjects<'b, 'a, L: Link, C, const JOINTS: usize> {
@@ -26,15 +23,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> ObjectSource for DriveObjects<'_, '
     type Error = SdoError<L::Error>;
 
     fn ask(&mut self, object: &Object) -> Result<Answered, Self::Error> {
-        let answer = match self.blocking.read(self.node, object) {
-            Ok(value) => Answer::of(value),
-            Err(SdoError::Abort { code, .. }) if ABSENT.contains(&code) => Answer::Absent,
-            Err(SdoError::Abort { code, .. }) => Answer::Refused(code),
-            // A text, a domain, or a number of another length.
-            Err(SdoError::Response { .. }) => Answer::NotANumber,
-            Err(error) => return Err(error),
-        };
-        Ok(Answered::by_drive(answer))
+        sdo::answered(self.blocking.read(self.node, object))
     }
 }
 

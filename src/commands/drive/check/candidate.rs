@@ -1,0 +1,174 @@
+//! The joint's entry of the robot file, and what a remedy changes in it.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use toml::{Table, Value};
+use uarm_io::drive::network::NetworkConfiguration;
+use uarm_io::drive::pdo_objects::PdoKind;
+use uarm_io::drive::plan::{Remedy, WriteEntry};
+use uarm_io::drive::sdo::Patience;
+use uarm_io::drive::wishes::DriveConfiguration;
+use uarm_io::drive::{Address, NodeId};
+
+use crate::dimensions::JOINTS;
+use crate::robot::overrides::Overrides;
+use crate::robot::{BUILT_IN, Robot};
+
+/// The joint that stands for a drive when no joint has its node: the first that is driven.
+const FIRST_DRIVEN: usize = 1;
+
+/// What the built-in robot is called in messages.
+const BUILT_IN_NAME: &str = "built-in robot";
+
+/// A robot file of which one joint is to get the drive.
+pub struct Candidate {
+    file: PathBuf,
+    robot: Table,
+    joint: usize,
+}
+
+impl Candidate {
+    /// The joint with that node in a robot file, else in the built-in robot; there, a joint takes any node.
+    pub fn new(file: Option<&Path>, node: Option<u8>) -> anyhow::Result<Self> {
+        let (name, text) = match file {
+            Some(file) => (file.to_owned(), std::fs::read_to_string(file).with_context(|| file.display().to_string())?),
+            None => (PathBuf::from(BUILT_IN_NAME), BUILT_IN.to_owned()),
+        };
+        // Whatever is wrong with it is told as everywhere else.
+        let robot = Robot::parse(&name, &text, &Overrides::default())?;
+        let nodes = robot.description.nodes();
+        let position = node.and_then(|node| nodes.iter().position(|other| *other == node));
+        let mut candidate =
+            Self { file: name, robot: text.parse().context("robot file")?, joint: position.unwrap_or(FIRST_DRIVEN) };
+        if let (None, Some(node)) = (position, node) {
+            if let Some(file) = file {
+                bail!("{}: no joint has node {node}, expected one of {nodes:?}", file.display());
+            }
+            candidate.joint_table()?.insert("node".into(), Value::Integer(node.into()));
+        }
+        Ok(candidate)
+    }
+
+    /// What the master would want of the drive, and of all of them.
+    pub fn wishes(&self) -> anyhow::Result<(DriveConfiguration, NetworkConfiguration<JOINTS>)> {
+        let text = toml::to_string(&self.robot)?;
+        let robot = Robot::parse(&self.file, &text, &Overrides::default())?;
+        let network = robot.description.network_configuration()?;
+        let drive = network.drives().get(self.joint).cloned().context("the joint")?;
+        Ok((drive, network))
+    }
+
+    /// The node of the drive.
+    ///
+    /// # Errors
+    /// If the entry has become one that is refused.
+    pub fn node(&self) -> anyhow::Result<NodeId> {
+        Ok(self.wishes()?.0.node)
+    }
+
+    /// How long the drive's answers are waited for.
+    ///
+    /// # Errors
+    /// If the entry has become one that is refused.
+    pub fn patience(&self) -> anyhow::Result<Patience> {
+        let timeouts = self.wishes()?.1.timeouts;
+        Ok(Patience { timeout: timeouts.sdo, attempts: timeouts.sdo_attempts })
+    }
+
+    /// The joint's entry.
+    pub fn joint(&self) -> Option<&Table> {
+        self.robot.get("joints")?.get(self.joint)?.as_table()
+    }
+
+    /// Changes the joint's entry as a remedy says. False if the remedy is nothing that an entry can say.
+    pub fn apply(&mut self, remedy: &Remedy) -> anyhow::Result<bool> {
+        match remedy {
+            Remedy::Write(setting) => self.write(&WriteEntry(setting).to_string())?,
+            Remedy::CountsPerRevolution(counts) => self.set("encoder", "counts_per_revolution", i64::from(*counts))?,
+            Remedy::ResolutionStated => self.set("encoder", "resolution_object", "absent")?,
+            Remedy::MicronewtonMetres => self.set("drive", "rated_torque_unit", "uNm")?,
+            Remedy::TorqueStated => self.set("drive", "target_torque_of", "stated-torque")?,
+            Remedy::RatedTorque(raw) => {
+                let (drive, _) = self.wishes()?;
+                let newton_metres = f64::from(*raw) * drive.rated_torque.unit().newton_metres();
+                self.set("drive", "rated_torque_nm", newton_metres)?;
+            }
+            Remedy::PdoNumber(PdoKind::Receive, number) => self.pdo("rpdo", i64::from(number.get()))?,
+            Remedy::PdoNumber(PdoKind::Transmit, number) => self.pdo("tpdo", i64::from(number.get()))?,
+            Remedy::KeepPdo(PdoKind::Receive, number) => self.keep("keep_rpdos", number.get())?,
+            Remedy::KeepPdo(PdoKind::Transmit, number) => self.keep("keep_tpdos", number.get())?,
+            Remedy::RpdoTimeout => {
+                // The patience that the drive would have with the master's heartbeat.
+                let milliseconds = self.wishes()?.1.heartbeats.master_timeout_milliseconds();
+                self.set("drive", "watchdog", "rpdo-timeout")?;
+                self.set("drive", "rpdo_timeout_ms", i64::from(milliseconds))?;
+            }
+            Remedy::ExplainAbortOption => self.set("drive", "without_6007h", WITHOUT_6007H)?,
+            Remedy::None | Remedy::Note(_) | Remedy::Outside(_) | Remedy::RobotFile(_) | Remedy::SyncWithoutCounter => {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn joint_table(&mut self) -> anyhow::Result<&mut Table> {
+        let joint = self.robot.get_mut("joints").and_then(|joints| joints.get_mut(self.joint));
+        joint.and_then(Value::as_table_mut).context("the joint's entry")
+    }
+
+    fn part(&mut self, part: &str) -> anyhow::Result<&mut Table> {
+        let part = self.joint_table()?.entry(part).or_insert_with(|| Value::Table(Table::new()));
+        part.as_table_mut().context("a table")
+    }
+
+    fn set(&mut self, part: &str, key: &str, value: impl Into<Value>) -> anyhow::Result<()> {
+        self.part(part)?.insert(key.to_owned(), value.into());
+        Ok(())
+    }
+
+    fn pdos(&mut self) -> anyhow::Result<&mut Table> {
+        let pdos = self.part("drive")?.entry("pdo").or_insert_with(|| Value::Table(Table::new()));
+        pdos.as_table_mut().context("a table")
+    }
+
+    fn pdo(&mut self, key: &str, number: i64) -> anyhow::Result<()> {
+        self.pdos()?.insert(key.to_owned(), number.into());
+        Ok(())
+    }
+
+    fn keep(&mut self, key: &str, number: u16) -> anyhow::Result<()> {
+        let kept = self.pdos()?.entry(key).or_insert_with(|| Value::Array(Vec::new()));
+        kept.as_array_mut().context("a list")?.push(Value::Integer(number.into()));
+        Ok(())
+    }
+
+    /// Takes an object out of `writes`. False if it is not there.
+    pub fn leave_out(&mut self, object: Address) -> anyhow::Result<bool> {
+        let Some(writes) = self.part("drive")?.get_mut("writes").and_then(Value::as_array_mut) else {
+            return Ok(false);
+        };
+        let before = writes.len();
+        let number = |entry: &Value, key: &str| entry.get(key).and_then(Value::as_integer);
+        writes.retain(|entry| {
+            number(entry, "index") != Some(object.index.into())
+                || number(entry, "subindex") != Some(object.subindex.into())
+        });
+        Ok(writes.len() < before)
+    }
+
+    /// Adds an entry of `writes`, in place of one for the same object.
+    fn write(&mut self, entry: &str) -> anyhow::Result<()> {
+        let mut parsed: Table = format!("write = {entry}").parse()?;
+        let write = parsed.remove("write").context("an entry")?;
+        let writes = self.part("drive")?.entry("writes").or_insert_with(|| Value::Array(Vec::new()));
+        let writes = writes.as_array_mut().context("a list")?;
+        let is_same = |other: &Value| ["index", "subindex"].iter().all(|key| other.get(key) == write.get(key));
+        writes.retain(|other| !is_same(other));
+        writes.push(write);
+        Ok(())
+    }
+}
+
+/// What the operator has to find out and put into words.
+const WITHOUT_6007H: &str = "not in its dictionary: try kill -9 with the arm supported, and say here what it does";

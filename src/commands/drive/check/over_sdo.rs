@@ -1,0 +1,56 @@
+//! A drive on the bus answers for itself.
+
+use uarm_io::drive::NodeId;
+use uarm_io::drive::objects::Object;
+use uarm_io::drive::plan::named_objects;
+use uarm_io::drive::sdo::{self, Bystander, Patience, SdoError};
+use uarm_io::drive::survey::{Answered, ObjectSource, Survey};
+use uarm_io::drive::wire::Channel;
+use uarm_io::drive::wishes::DriveConfiguration;
+use uarm_io::link::{Link, Received};
+use uarm_io::monotonic::MonotonicClock;
+use uarm_io::socketcan_link::{InterfaceName, OpenError, Reception, SocketCanError, SocketCanLink};
+use uarm_io::time::Clock;
+
+use crate::commands::drive::patient_link::PatientLink;
+
+/// A drive that is read, and nothing else.
+pub struct Drive {
+    link: PatientLink<SocketCanLink>,
+    node: NodeId,
+    patience: Patience,
+}
+
+impl Drive {
+    /// The drive of `node` on an interface.
+    ///
+    /// # Errors
+    /// If the interface cannot be used.
+    pub fn open(interface: InterfaceName, node: NodeId, patience: Patience) -> Result<Self, OpenError> {
+        let identifiers = [Channel::SdoResponse(node).identifier()];
+        let link = PatientLink(SocketCanLink::open(interface, Reception::Exactly(&identifiers))?);
+        Ok(Self { link, node, patience })
+    }
+
+    /// What it says of itself.
+    ///
+    /// # Errors
+    /// If it does not answer, or the link fails.
+    pub fn survey(&mut self, wishes: &DriveConfiguration) -> Result<Survey, SdoError<SocketCanError>> {
+        let bystander = Bystander::new(&mut self.link, &MonotonicClock, self.patience, |_: &Received| {});
+        Survey::of(&mut Objects { bystander, node: self.node }, named_objects(wishes))
+    }
+}
+
+struct Objects<'a, L, C, O> {
+    bystander: Bystander<'a, L, C, O>,
+    node: NodeId,
+}
+
+impl<L: Link, C: Clock, O: FnMut(&Received)> ObjectSource for Objects<'_, L, C, O> {
+    type Error = SdoError<L::Error>;
+
+    fn ask(&mut self, object: &Object) -> Result<Answered, Self::Error> {
+        sdo::answered(self.bystander.read(self.node, object))
+    }
+}

@@ -1,0 +1,145 @@
+//! `uarm plant`: the emulated robot on a CAN interface, for hardware-in-the-loop tests without hardware.
+
+mod bench;
+mod bought;
+mod faults;
+mod power_up;
+mod serve;
+mod truth;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::Context;
+use hinf_control::Disturbance;
+use uarm_io::drive::NodeId;
+use uarm_io::socketcan_link::{Reception, SocketCanLink};
+use uarm_loop::robot::Protocol;
+use uarm_sim::Pacing;
+
+use crate::commands::drive::node::node_id;
+use crate::console;
+use crate::options::{self, choice};
+use crate::robot::Robot;
+use crate::robot::overrides::Overrides;
+use crate::signals;
+use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate_bought, simulated};
+use bought::Bought;
+use faults::{Order, Schedule};
+use power_up::StartOf;
+use serve::{Extras, serve};
+use truth::TruthFile;
+
+/// Arguments of `uarm plant`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  ip link add vcan0 type vcan && ip link set vcan0 up
+  uarm plant --can vcan0 &
+  uarm run --can vcan0
+
+  uarm plant --can vcan0 --robot my-robot.toml --eds drive.eds --node 2 --eds drive.eds --node 3
+  uarm plant --can vcan0 --fault 2@1.5s:over-temperature --truth truth.csv
+
+The drives listen when the line `ready: nodes 1 2 3 on vcan0` has come on standard output.
+Faults: power-lost, bus-disconnected, encoder-jump=COUNTS, encoder-stuck, over-temperature, brake-stuck-engaged,
+brake-stuck-released, motor-disconnected; repair takes all of a drive away. Times are of the plant, from the first SYNC with all
+drives enabled, in every run anew.
+An NMT reset of all drives, with which each run begins, puts the robot back to the start of its motion.
+It never ends by itself: SIGINT or SIGTERM ends it. When the interface goes down it waits for it to come back.")]
+pub struct Arguments {
+    /// The CAN interface
+    #[arg(long, value_name = "INTERFACE")]
+    can: String,
+    /// The robot file; without it the paper's UARM
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// What the robot is
+    #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
+    plant: PlantChoice,
+    /// How plant time passes
+    #[arg(long, value_enum, default_value_t, value_name = "PACING")]
+    pacing: PacingChoice,
+    /// What disturbs the joints, counted from the first SYNC with all drives enabled
+    #[arg(long, value_parser = choice::<Disturbance>(), default_value = "none", value_name = "KIND")]
+    disturbance: Disturbance,
+    /// The period of lockstep, such as 3ms, instead of the robot file's
+    #[arg(long, allow_hyphen_values = true, value_parser = options::period, value_name = "TIME")]
+    period: Option<Duration>,
+    /// A maker's dictionary (EDS or DCF): the drive of the --node that follows has its objects
+    #[arg(long, value_name = "FILE")]
+    eds: Vec<PathBuf>,
+    /// The drive that has the dictionary of --eds; may be left out for a DCF that names its node
+    #[arg(long, value_parser = node_id, value_name = "1..126", requires = "eds")]
+    node: Vec<NodeId>,
+    /// How a drive starts: boot-time=700ms, emergency=8140, fault=3220, separated by commas; codes in hexadecimal digits
+    #[arg(long, value_name = "NODE:HOW")]
+    start: Vec<StartOf>,
+    /// A fault of a drive, at a time of the plant or at once; - takes them as lines from standard input
+    #[arg(long, value_name = "NODE[@TIME]:FAULT")]
+    fault: Vec<String>,
+    /// Write the plant's true motion to a CSV file, a line for each SYNC
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
+}
+
+/// How plant time passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum PacingChoice {
+    /// One period of plant per SYNC, whenever it comes: the motion is the same to the bit in every run
+    #[default]
+    Lockstep,
+    /// With the clock, as a real robot
+    WallClock,
+}
+
+/// Is the robot, until somebody asks for the end.
+///
+/// # Errors
+/// If the robot file is wrong or the interface cannot be used.
+pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let overrides = Overrides { period: arguments.period, ..Overrides::default() };
+    let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
+    let pacing = match arguments.pacing {
+        PacingChoice::Lockstep => Pacing::Lockstep { period: robot.description.period.duration() },
+        PacingChoice::WallClock => Pacing::WallClock,
+    };
+    let schedule = schedule(&arguments.fault)?;
+    let bought = Bought::read(&arguments.eds, &arguments.node, &arguments.start, &robot.description.nodes())?;
+    let is_bench = !bought.is_none() || !arguments.fault.is_empty() || arguments.truth.is_some();
+    let is_canopen = matches!(robot.description.bus.protocol, Protocol::Canopen);
+    anyhow::ensure!(
+        is_canopen || !is_bench,
+        "--eds, --start, --fault and --truth: only with bus.protocol = \"canopen\""
+    );
+    let plant = SimulatedPlant::new(&robot, arguments.plant, arguments.disturbance)?;
+    let name = arguments.can.parse().with_context(|| format!("--can {}", arguments.can))?;
+    let truth = arguments.truth.as_deref().map(TruthFile::create).transpose()?;
+    let link = SocketCanLink::open(name, Reception::Everything)?;
+    let stop = signals::stop_request().context("signal handlers")?;
+    let nodes = robot.description.nodes().map(|node| node.to_string()).join(" ");
+    console::tell(format_args!(
+        "{}: emulated drives, nodes {nodes}, on {} ({pacing:?})",
+        robot.description.name, arguments.can
+    ));
+    let ready = format!("ready: nodes {nodes} on {}", arguments.can);
+    let extras = Extras { faults: schedule, truth, ready };
+    if bought.is_none() {
+        serve(&mut simulated(&robot, plant, pacing)?, link, &stop, extras)?;
+    } else {
+        serve(emulate_bought(&robot, plant, pacing, &bought.drives())?.as_mut(), link, &stop, extras)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The faults to come: `-` stands for standard input.
+fn schedule(faults: &[String]) -> anyhow::Result<Schedule> {
+    let planned = faults.iter().filter(|fault| *fault != STANDARD_INPUT);
+    let planned: Result<Vec<Order>, String> = planned.map(|fault| fault.parse()).collect();
+    let schedule = Schedule::new(planned.map_err(anyhow::Error::msg).context("--fault")?);
+    let listens = faults.iter().any(|fault| fault == STANDARD_INPUT);
+    Ok(if listens { schedule.with_standard_input() } else { schedule })
+}
+
+const STANDARD_INPUT: &str = "-";

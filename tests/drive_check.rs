@@ -1,0 +1,137 @@
+//! `uarm drive check --eds`: the right verdict for each trait of makers' dictionaries, and an entry for the robot file that works
+//! as printed.
+
+mod dictionaries;
+mod support;
+
+use dictionaries::Dictionary;
+use serde_json::Value;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Output;
+use support::{scratch, text, uarm};
+
+const WORKS: i32 = 0;
+const CANNOT: i32 = 1;
+const WORKS_WITH: i32 = 3;
+
+fn file(name: &str, contents: &str) -> PathBuf {
+    let path = scratch(name);
+    fs::write(&path, contents).unwrap();
+    path
+}
+
+fn check(name: &str, dictionary: &Dictionary, arguments: &[&str]) -> Output {
+    let eds = file(&format!("check-{name}.eds"), dictionary.text());
+    let mut all = vec!["drive", "check", "--json", "--eds", eds.to_str().unwrap()];
+    all.extend(arguments);
+    uarm(&all)
+}
+
+/// Exit code and findings.
+fn judged(name: &str, dictionary: &Dictionary) -> (i32, Value) {
+    let output = check(name, dictionary, &[]);
+    let findings = serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", text(&output)));
+    (output.status.code().unwrap(), findings)
+}
+
+/// The rows with a verdict.
+fn rows<'a>(findings: &'a Value, verdict: &str) -> Vec<&'a Value> {
+    findings["rows"].as_array().unwrap().iter().filter(|row| row["verdict"] == verdict).collect()
+}
+
+#[test]
+fn the_emulated_drives_own_dictionary_works() {
+    let (code, findings) = judged("own", &Dictionary::own());
+    assert_eq!(code, WORKS, "{findings:#}");
+    assert_eq!(findings["node"], 2);
+    assert!(findings["joint"].as_str().unwrap().starts_with("[[joints]]\nname = \"joint 2\"\n"), "{findings:#}");
+}
+
+/// Each of these lacks something that no robot file can help.
+#[test]
+fn what_cannot_be_helped_is_named() {
+    for (name, dictionary, object) in [
+        ("csv-only", Dictionary::own().with("6502", "DefaultValue", "0x1A5"), "6502h"),
+        ("mode-limit", Dictionary::own().with("6060", "HighLimit", "9"), "6060h"),
+        ("no-target", Dictionary::own().without("6071"), "6071h"),
+        ("no-display", Dictionary::own().without("6061"), "6061h"),
+        ("io-module", Dictionary::own().with("1000", "DefaultValue", "0x191"), "1000h"),
+        ("unwatched", Dictionary::own().without("1016").without("1400sub5"), "1016h"),
+        (
+            "fixed",
+            Dictionary::own().with("1A00sub0", "AccessType", "const").with("1A00sub0", "DefaultValue", "1"),
+            "1A00h",
+        ),
+    ] {
+        let (code, findings) = judged(name, &dictionary);
+        assert_eq!(code, CANNOT, "{name}: {findings:#}");
+        let refused = rows(&findings, "no");
+        assert!(refused.iter().any(|row| row["object"].as_str().unwrap().starts_with(object)), "{name}: {refused:#?}");
+        assert_eq!(findings["joint"], Value::Null, "{name}");
+    }
+}
+
+#[test]
+fn what_the_robot_file_can_help_is_in_the_entry() {
+    for (name, dictionary, expected) in [
+        ("servo", Dictionary::servo(), "{ index = 0x608F, subindex = 1, type = \"u32\", value = 33739 }"),
+        ("unrated", Dictionary::servo(), "{ index = 0x6076, subindex = 0, type = \"u32\", value = 200 }"),
+        ("no-608F", Dictionary::own().without("608F"), "resolution_object = \"absent\""),
+        ("no-6076", Dictionary::own().without("6076"), "target_torque_of = \"stated-torque\""),
+        ("no-1016", Dictionary::own().without("1016"), "watchdog = \"rpdo-timeout\""),
+        ("no-6007", Dictionary::own().without("6007"), "without_6007h = "),
+    ] {
+        let (code, findings) = judged(name, &dictionary);
+        assert_eq!(code, WORKS_WITH, "{name}: {findings:#}");
+        let joint = findings["joint"].as_str().unwrap();
+        assert!(joint.contains(expected), "{name}: {joint}");
+        assert_works_as_printed(name, &dictionary, joint);
+    }
+}
+
+/// In the place of the robot file's entry for node 2, the entry needs nothing more.
+fn assert_works_as_printed(name: &str, dictionary: &Dictionary, joint: &str) {
+    let robot = file(&format!("check-{name}.toml"), &with_joint_2(joint));
+    let output = check(&format!("{name}-again"), dictionary, &["--node", "2", "--robot", robot.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(WORKS), "{name}: {}", text(&output));
+}
+
+/// `robots/uarm.toml` with another entry for joint 2.
+fn with_joint_2(entry: &str) -> String {
+    let original = fs::read_to_string("robots/uarm.toml").unwrap();
+    let (before, rest) = original.split_once("[[joints]]\nname = \"joint 2\"").unwrap();
+    let (_, after) = rest.split_once("[[joints]]").unwrap();
+    format!("{before}{entry}\n[[joints]]{after}")
+}
+
+#[test]
+fn a_dcf_names_its_node_and_its_values_come_first() {
+    let dcf = format!(
+        "{}\n[DeviceComissioning]\nNodeID=3\n",
+        Dictionary::own().with("6076", "DefaultValue", "1").with("6076", "ParameterValue", "200").text()
+    );
+    let path = file("check.dcf", &dcf);
+    let output = uarm(&["drive", "check", "--eds", path.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(WORKS), "{}", text(&output));
+    assert!(text(&output).contains("as node 3"), "{}", text(&output));
+    assert!(text(&output).contains("name = \"joint 3\""), "the entry is that of joint 3: {}", text(&output));
+}
+
+#[test]
+fn bad_input_is_named() {
+    let missing = uarm(&["drive", "check", "--eds", "nowhere.eds"]);
+    assert_eq!(missing.status.code(), Some(1));
+    assert!(text(&missing).contains("nowhere.eds"), "{}", text(&missing));
+    let robot = uarm(&["drive", "check", "--eds", file("robot-as.eds", "[bus]\nperiod = 3\n").to_str().unwrap()]);
+    assert_eq!(robot.status.code(), Some(1));
+    assert!(text(&robot).contains("expected an EDS or DCF file"), "{}", text(&robot));
+    let other = check("other-node", &Dictionary::own(), &["--node", "9", "--robot", "robots/uarm.toml"]);
+    let usage = uarm(&["drive", "check"]);
+    assert_eq!(usage.status.code(), Some(2), "a dictionary or an interface is needed");
+    assert_eq!(other.status.code(), Some(1));
+    let damaged = Dictionary::own().with("6076", "DefaultValue", "about 200");
+    let output = check("damaged", &damaged, &[]);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("[6076] defaultvalue: found \"about 200\", expected a number"), "{message}");
+}
