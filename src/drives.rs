@@ -1,7 +1,7 @@
 //! Which master drives the robot: the one place where the protocols part.
 
 use hinf_control::Controller;
-use uarm_io::drive::network::StopReport;
+use uarm_io::drive::network::{Learned, StopReport};
 use uarm_io::drive::{DriveNetwork, OdriveNetwork};
 use uarm_io::embedded_can::StandardId;
 use uarm_io::link::Link;
@@ -37,7 +37,23 @@ pub struct Failure {
     pub hint: Option<&'static str>,
 }
 
-/// Makes a run on the drives of `robot` at the other end of `link`, whatever protocol they speak.
+/// The way to a robot's drives.
+#[derive(Debug)]
+pub struct ToDrives<L> {
+    /// The link to their bus.
+    pub link: L,
+    /// Is told what was learned of each CANopen drive, before any has power.
+    pub learned: Learned,
+}
+
+impl<L> ToDrives<L> {
+    /// Over `link`, and nobody is told.
+    pub const fn over(link: L) -> Self {
+        Self { link, learned: |_, _, _| {} }
+    }
+}
+
+/// Makes a run on the drives of `robot`, whatever protocol they speak.
 ///
 /// # Errors
 /// If the run cannot be prepared; nothing was sent then.
@@ -45,7 +61,7 @@ pub fn run_on<L: Link, C: Clock, R: Recorder<JOINTS, ACTIVE>>(
     robot: &LoopRobot,
     settings: &Settings,
     controller: &mut dyn Controller<f64, ACTIVE>,
-    link: L,
+    way: ToDrives<L>,
     clock: &mut C,
     recorder: R,
     observer: Observer<'_, ACTIVE>,
@@ -55,11 +71,12 @@ where
 {
     match robot.bus.protocol {
         Protocol::Canopen => {
-            let drives = DriveNetwork::new(link, robot.network_configuration()?);
+            let mut drives = DriveNetwork::new(way.link, robot.network_configuration()?);
+            drives.on_learned(way.learned);
             Ok(ended(run(robot, settings, controller, drives, clock, recorder, observer)?))
         }
         Protocol::Odrive(positions) => {
-            let drives = OdriveNetwork::new(link, robot.odrive_configuration(positions)?);
+            let drives = OdriveNetwork::new(way.link, robot.odrive_configuration(positions)?);
             Ok(ended(run(robot, settings, controller, drives, clock, recorder, observer)?))
         }
     }

@@ -9,7 +9,7 @@ use uarm_loop::stop_request::StopRequest;
 use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 
 use crate::dimensions::{ACTIVE, JOINTS, Outcome, Progress};
-use crate::drives::run_on;
+use crate::drives::{ToDrives, run_on};
 use crate::robot::Robot;
 use crate::simulated_robot::{SimulatedPlant, simulated};
 
@@ -37,7 +37,8 @@ pub fn simulate<R: Recorder<JOINTS, ACTIVE>>(
     let mut controller = robot.controller(settings.law, settings.guard)?;
     let (progress, stop) = (Progress::default(), StopRequest::default());
     let observer = Observer { progress: &progress, stop: &stop };
-    let finished = run_on(&robot.description, settings, &mut controller, link, &mut clock, recorder, observer)?;
+    let finished =
+        run_on(&robot.description, settings, &mut controller, ToDrives::over(link), &mut clock, recorder, observer)?;
     let end = match finished.end {
         Ok(LoopEnd::Completed) => SimulatedEnd::Completed(Box::new(finished.outcome)),
         Ok(LoopEnd::Interrupted) => SimulatedEnd::Failed(anyhow::anyhow!("interrupted")),

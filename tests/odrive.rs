@@ -9,7 +9,7 @@ use std::time::Duration;
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use hinf_control::{AdaptationGuard, Disturbance, Law};
 use uarm::dimensions::{ACTIVE, JOINTS, Progress};
-use uarm::drives::run_on;
+use uarm::drives::{ToDrives, run_on};
 use uarm::robot::Robot;
 use uarm::robot::overrides::Overrides;
 use uarm::simulated_robot::{PlantChoice, SimulatedPlant, SimulatedRobot, simulated};
@@ -53,7 +53,9 @@ fn l2(robot: &Robot, link: impl Link<Error = InProcessError>, clock: &mut Virtua
     let mut controller = robot.controller(settings.law, AdaptationGuard::None).unwrap();
     let (progress, stop) = (Progress::default(), StopRequest::default());
     let observer = Observer { progress: &progress, stop: &stop };
-    let ended = run_on(&robot.description, &settings, &mut controller, link, clock, NoRecorder, observer).unwrap();
+    let ended =
+        run_on(&robot.description, &settings, &mut controller, ToDrives::over(link), clock, NoRecorder, observer)
+            .unwrap();
     assert_eq!(ended.end.unwrap(), LoopEnd::Completed);
     assert!(ended.stop.all_off());
     ended.outcome.indices.l2
@@ -313,7 +315,8 @@ fn end_of(stop: &StopRequest, at_400: &dyn Fn()) {
     let progress = Progress::default();
     let observer = Observer { progress: &progress, stop };
     let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        run_on(&robot.description, &settings, &mut controller, link, &mut clock, NoRecorder, observer).map(|_| ())
+        run_on(&robot.description, &settings, &mut controller, ToDrives::over(link), &mut clock, NoRecorder, observer)
+            .map(|_| ())
     }));
     let _ = ended;
     let states = states.into_inner();

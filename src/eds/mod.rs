@@ -7,6 +7,8 @@ use std::path::Path;
 
 use uarm_eds::{Dictionary, EdsError};
 
+use crate::console;
+
 pub use drive::maker_dictionary;
 pub use objects::DictionaryObjects;
 

@@ -98,3 +98,17 @@ pub fn rust_sources() -> String {
     }
     text
 }
+
+/// The first two columns of the table in section 10 of `docs/wire.md`.
+pub fn questions_in_wire() -> Vec<(String, String)> {
+    let wire = Document::read(&root().join("docs/wire.md"));
+    let (_, section) = wire.text.split_once("\n## 10. ").expect("a section 10");
+    let section = section.split("\n## ").next().unwrap();
+    let rows = section.lines().skip_while(|line| !line.starts_with("|---")).skip(1);
+    rows.take_while(|line| line.starts_with('|'))
+        .map(|row| {
+            let cells = cells(row);
+            (cells[0].to_owned(), cells[1].to_owned())
+        })
+        .collect()
+}

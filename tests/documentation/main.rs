@@ -43,6 +43,13 @@ fn the_readmes_table_of_crates_is_what_cargo_says() {
 }
 
 #[test]
+fn the_table_of_what_a_drive_must_know_is_what_is_asked_of_it() {
+    let asked = uarm_io::drive::plan::Question::ALL;
+    let asked: Vec<_> = asked.iter().map(|question| (question.title().into(), question.objects().into())).collect();
+    assert_eq!(lists::questions_in_wire(), asked);
+}
+
+#[test]
 fn tests_that_the_documents_name_exist() {
     let named = lists::named_tests();
     assert!(named.len() > 50, "only {} tests were found", named.len());

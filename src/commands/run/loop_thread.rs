@@ -14,12 +14,13 @@ use uarm_loop::settings::Settings;
 use uarm_loop::torque::DisturbanceSite;
 use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 
+use super::learned;
 use super::place::Place;
 use super::realtime::Realtime;
 use super::recording::{LogHandle, LoopSide};
 use crate::console;
 use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
-use crate::drives::{Failure, receive_identifiers, run_on};
+use crate::drives::{Failure, ToDrives, receive_identifiers, run_on};
 use crate::error_text::with_causes;
 use crate::robot::Robot;
 use crate::simulated_robot::{PlantChoice, SimulatedPlant, SimulatedRobot, simulated};
@@ -99,15 +100,23 @@ impl LoopThread<'_> {
     where
         L::Error: Send + Sync + 'static,
     {
-        let Self { robot, settings, loop_side, observer, announcement, .. } = self;
+        let Self { robot, settings, place, loop_side, observer, announcement, .. } = self;
         let experiment = Experiment { robot, settings, announcement };
         match loop_side {
             Some(LoopSide { cycles, frames }) => {
                 let link = ObservedLink::new(link, |direction, frame: &_, at| frames.record(direction, frame, at));
-                experiment.finish(link, clock, cycles, observer)
+                experiment.finish(to_drives(place, link), clock, cycles, observer)
             }
-            None => experiment.finish(link, clock, NoRecorder, observer),
+            None => experiment.finish(to_drives(place, link), clock, NoRecorder, observer),
         }
+    }
+}
+
+/// The way to the drives. What is learned of real ones is printed.
+fn to_drives<L>(place: &Place, link: L) -> ToDrives<L> {
+    match place {
+        Place::Interface(_) => ToDrives { learned: learned::print, ..ToDrives::over(link) },
+        Place::SimulatedRealTime(_) | Place::SimulatedVirtualTime(_) => ToDrives::over(link),
     }
 }
 
@@ -121,7 +130,7 @@ struct Experiment<'a> {
 impl Experiment<'_> {
     fn finish<L: Link, C: Clock>(
         &self,
-        link: L,
+        way: ToDrives<L>,
         mut clock: C,
         recorder: impl Recorder<JOINTS, ACTIVE>,
         observer: Observer<'_, ACTIVE>,
@@ -132,7 +141,7 @@ impl Experiment<'_> {
         let Self { robot, settings, announcement } = *self;
         let mut controller = robot.controller(settings.law, settings.guard)?;
         announcement.iter().for_each(console::tell);
-        let ended = run_on(&robot.description, settings, &mut controller, link, &mut clock, recorder, observer)?;
+        let ended = run_on(&robot.description, settings, &mut controller, way, &mut clock, recorder, observer)?;
         let end = ended.end.map_err(|Failure { cause, hint }| match hint {
             Some(hint) => anyhow::anyhow!("{} ({hint})", with_causes(&cause)),
             None => cause,

@@ -1,5 +1,6 @@
 //! `uarm run`: the paper's experiment, on the simulated robot or on real drives.
 
+mod learned;
 mod loop_thread;
 mod place;
 mod realtime;

@@ -11,6 +11,7 @@ use uarm_loop::run::Observer;
 use uarm_loop::settings::Settings;
 use uarm_loop::stop_request::StopRequest;
 
+use super::learned::reasons;
 use super::loop_thread::{Finished, LoopThread};
 use super::place::Place;
 use super::realtime::Realtime;
@@ -55,6 +56,7 @@ impl Session {
                 most.to_degrees()
             ));
         }
+        lines.extend(reasons(robot));
         let period = description.period.duration();
         let bus = description.bus.time;
         lines.push(format!(

@@ -27,7 +27,7 @@ pub use disturbance::Disturbance;
 pub use error::{CycleError, Emergency, NodeSet, StartError};
 pub use foreign::ForeignFrame;
 pub use health::{NetworkHealth, NodeHealth};
-pub use master::{DriveNetwork, LastDefence};
+pub use master::{DriveNetwork, LastDefence, Learned};
 pub use start::{DriveIdentity, Started};
 pub use stop::{Confirmation, DriveStop, StopReport};
 

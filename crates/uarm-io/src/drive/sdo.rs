@@ -5,9 +5,11 @@
 
 mod bystander;
 mod error;
+mod objects;
 
 pub use bystander::Bystander;
 pub use error::{Expected, SdoError};
+pub use objects::DriveObjects;
 
 use crate::drive::network::Disturbance;
 use crate::drive::survey::{Answer, Answered};

@@ -188,6 +188,14 @@ impl DriveFeedback {
     }
 }
 
+/// The torque of a drive's second TPDO, per mille of its rated torque.
+///
+/// # Errors
+/// [`PayloadError::Length`] unless there are two bytes.
+pub fn decode_torque_feedback(data: &[u8]) -> Result<i16, PayloadError> {
+    exactly(data).map(i16::from_le_bytes)
+}
+
 /// RPDO1: what the master asks of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DriveCommand {

@@ -19,6 +19,7 @@ use uarm_loop::stop_request::StopRequest;
 
 use super::confirmation::{Confirmation, confirm};
 use super::node::node_id;
+use crate::console;
 use crate::exit::Exit;
 use crate::robot::Robot;
 use crate::signals;

@@ -76,7 +76,7 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
             if self.voice.speaks(now) {
                 self.network.produce_heartbeat(now)?;
                 self.network.repeat_commands(now)?;
-                wake = deadline.min(self.network.next_heartbeat);
+                wake = deadline.min(self.network.next_heartbeat).min(self.network.next_command());
             }
             match self.network.link.receive(wake)? {
                 Some(received) => {
@@ -169,14 +169,14 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
     }
 
     /// Emergencies from before the first SDO to a drive were about its past, such as a heartbeat lost in the last run.
-    fn address(&mut self, node: NodeId) {
+    pub(super) fn address(&mut self, node: NodeId) {
         if let Some(node) = self.network.node_mut(node).filter(|node| node.stage != Stage::Addressed) {
             node.stage = Stage::Addressed;
             node.alarm = None;
         }
     }
 
-    fn patience(&self) -> Patience {
+    pub(super) fn patience(&self) -> Patience {
         Patience { timeout: self.network.configuration.timeouts.sdo, attempts: self.sdo_attempts }
     }
 

@@ -147,7 +147,8 @@ impl<const JOINTS: usize> NetworkConfiguration<JOINTS> {
         let drives = self.drives.iter().flat_map(|drive| {
             let predefined = [Channel::Emergency, Channel::SdoResponse, Channel::Heartbeat]
                 .map(|channel| channel(drive.node).identifier());
-            predefined.into_iter().chain([drive.pdos.feedback.identifier])
+            let torque = drive.pdos.torque_feedback.map(|pdo| pdo.identifier);
+            predefined.into_iter().chain([drive.pdos.feedback.identifier]).chain(torque)
         });
         drives.chain(self.foreign().map(|(identifier, _)| identifier))
     }

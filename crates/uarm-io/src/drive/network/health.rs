@@ -40,6 +40,8 @@ pub struct NodeHealth {
     pub longest_heartbeat_gap: Duration,
     /// The last statusword.
     pub statusword: Statusword,
+    /// The last torque actual value 6077h, per mille of the rated torque, of a drive that sends it.
+    pub torque: Option<i16>,
     /// The state in the last heartbeat.
     pub nmt_state: Option<NmtState>,
     /// The last emergency message that was no error reset.

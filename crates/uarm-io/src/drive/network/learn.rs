@@ -3,34 +3,26 @@
 use super::blocking::Blocking;
 use super::error::StartError;
 use super::master::LastDefence;
-use crate::drive::objects::{self, Object};
+use crate::drive::objects;
 use crate::drive::plan::{self, Plan};
-use crate::drive::sdo::{self, SdoError};
-use crate::drive::survey::{Answered, ObjectSource, Survey};
+use crate::drive::sdo::{DriveObjects, SdoError};
+use crate::drive::survey::{ObjectSource, Survey};
 use crate::drive::wire;
 use crate::drive::wishes::{AbortOption, DriveConfiguration, Protocol, ReadBack, Setting, SyncPayload, Watchdog};
 use crate::link::Link;
 use crate::time::Clock;
 use canopen_rs::NodeId;
 
-/// The objects of one drive, over SDO.
-struct DriveObjects<'b, 'a, L: Link, C, const JOINTS: usize> {
-    blocking: &'b mut Blocking<'a, L, C, JOINTS>,
-    node: NodeId,
-}
-
-impl<L: Link, C: Clock, const JOINTS: usize> ObjectSource for DriveObjects<'_, '_, L, C, JOINTS> {
-    type Error = SdoError<L::Error>;
-
-    fn ask(&mut self, object: &Object) -> Result<Answered, Self::Error> {
-        sdo::answered(self.blocking.read(self.node, object))
-    }
-}
-
 impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
+    fn objects_of(&mut self, node: NodeId) -> DriveObjects<'_, Self> {
+        self.address(node);
+        let patience = self.patience();
+        DriveObjects::new(self, patience, node)
+    }
+
     /// What is to be known of a drive.
     fn survey(&mut self, drive: &DriveConfiguration) -> Result<Survey, SdoError<L::Error>> {
-        let mut objects = DriveObjects { node: drive.node, blocking: self };
+        let mut objects = self.objects_of(drive.node);
         Survey::of(&mut objects, plan::named_objects(drive))
     }
 
@@ -38,8 +30,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     pub(super) fn choose_sync(&mut self) -> Result<SyncPayload, SdoError<L::Error>> {
         let mut all_can_count = true;
         for node in self.nodes() {
-            let mut objects = DriveObjects { node, blocking: self };
-            all_can_count &= objects.ask(&objects::SYNC_COUNTER_OVERFLOW)?.answer.is_there();
+            all_can_count &= self.objects_of(node).ask(&objects::SYNC_COUNTER_OVERFLOW)?.answer.is_there();
         }
         Ok(self.network.configuration.sync_counter.payload(all_can_count))
     }

@@ -4,6 +4,8 @@ use super::configuration::NetworkConfiguration;
 use super::disturbance::Disturbance;
 use super::health::{NetworkHealth, NodeHealth};
 use crate::drive::cia402::Controlword;
+use crate::drive::plan::Findings;
+use crate::drive::survey::Survey;
 use crate::drive::wire::{self, Channel, DriveCommand, DriveFeedback, EmergencyMessage, SyncCounter};
 use crate::drive::wishes::{DriveConfiguration, Watchdog};
 use crate::frame::Frame;
@@ -25,6 +27,8 @@ pub struct DriveNetwork<L: Link, const JOINTS: usize> {
     pub(super) next_heartbeat: Instant,
     pub(super) traffic: Traffic,
     /// The first since the last start.
+    /// Is told what was learned of each drive, before any has power.
+    pub(super) learned: Learned,
     pub(super) disturbance: Option<Disturbance>,
     pub(super) claim: BusClaim,
 }
@@ -38,6 +42,8 @@ pub(super) struct Node {
     pub(super) command_identifier: StandardId,
     /// The identifier of its feedback.
     pub(super) feedback_identifier: StandardId,
+    /// The identifier of its torque feedback, where it sends one.
+    pub(super) torque_identifier: Option<StandardId>,
     /// How often it must get a command, where it watches that.
     pub(super) command_period: Option<Duration>,
     /// When the last command was sent; `None` while it gets none.
@@ -77,6 +83,9 @@ pub(super) enum Stage {
     Addressed,
 }
 
+/// Is told of a drive's node, its survey and its findings.
+pub type Learned = fn(u8, &Survey, &Findings);
+
 /// What makes a drive brake by itself when its master is gone, read back from the drive since it last booted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LastDefence {
@@ -105,6 +114,7 @@ impl Node {
             stage: Stage::Unknown,
             command_identifier: drive.pdos.command.identifier,
             feedback_identifier: drive.pdos.feedback.identifier,
+            torque_identifier: drive.pdos.torque_feedback.map(|pdo| pdo.identifier),
             command_period,
             commanded_at: None,
             last_defence: LastDefence::None,
@@ -139,9 +149,16 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             sync_at: Instant::default(),
             next_heartbeat: Instant::default(),
             traffic: Traffic::default(),
+            learned: |_, _, _| {},
             disturbance: None,
             claim: BusClaim::Free,
         }
+    }
+
+    /// Lets `learned` be told, at each start, what was learned of each drive: node, survey and findings. It is called after
+    /// the drive was set up, and before any drive has power.
+    pub const fn on_learned(&mut self, learned: Learned) {
+        self.learned = learned;
     }
 
     /// The configuration that it was built with.
@@ -194,11 +211,17 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         Ok(at)
     }
 
+    /// When a drive that watches its commands is due for the next.
+    pub(super) fn next_command(&self) -> Instant {
+        let due = |node: &Node| Some(node.commanded_at? + node.command_period?);
+        self.nodes.iter().filter_map(due).min().unwrap_or(Instant::from_nanoseconds(u64::MAX))
+    }
+
     /// Repeats the last command, with no torque, to each drive that watches its commands and is due for one.
     pub(super) fn repeat_commands(&mut self, now: Instant) -> Result<(), L::Error> {
         for position in 0..JOINTS {
             let Some(node) = self.nodes.get(position).copied() else { break };
-            let due = node.command_period.zip(node.commanded_at).is_some_and(|(period, at)| now.since(at) >= period);
+            let due = node.command_period.zip(node.commanded_at).is_some_and(|(period, at)| now >= at + period);
             if due {
                 self.command(node.id, &DriveCommand { controlword: node.controlword, target_torque: 0 })?;
             }

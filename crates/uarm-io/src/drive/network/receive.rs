@@ -31,6 +31,9 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         self.traffic.received += 1;
         let earliest_feedback = self.sync_at + self.configuration.earliest_feedback;
         let sync_at = self.sync_at;
+        if self.torque_feedback(received) {
+            return Event::Nothing;
+        }
         let Some((channel, node)) = self.sender(received) else {
             self.traffic.unexpected += 1;
             self.overhear(received);
@@ -74,6 +77,17 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         if let Some(frame) = foreign {
             self.disturb(frame.into());
         }
+    }
+
+    /// Takes the torque that a drive reports beside its feedback; false if the frame is none of that.
+    fn torque_feedback(&mut self, received: &Received) -> bool {
+        let identifier = Some(received.frame.id());
+        let Some(node) = self.nodes.iter_mut().find(|node| node.torque_identifier == identifier) else { return false };
+        match wire::decode_torque_feedback(received.frame.data()) {
+            Ok(torque) => node.health.torque = Some(torque),
+            Err(_) => node.health.malformed += 1,
+        }
+        true
     }
 
     /// The channel of a frame and the drive that sent it; `None` if none of ours can have.

@@ -224,6 +224,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     /// Reads, writes and checks everything in one drive.
     fn set_up(&mut self, drive: &DriveConfiguration, protocol: &Protocol) -> Outcome<(DriveIdentity, Findings), L> {
         let (survey, plan) = self.configure(drive, protocol)?;
+        (self.network.learned)(drive.node.raw(), &survey, &plan.findings);
         Ok((DriveIdentity::of(&survey), plan.findings))
     }
 

@@ -364,6 +364,39 @@ fn pdos_have_the_identifiers_of_the_configuration() {
     assert_eq!(network.collect(now + Duration::from_millis(2)).unwrap().positions, [0, 0, 77]);
 }
 
+/// Only joint 3 sends it.
+#[test]
+fn torque_feedback_is_heard_and_is_not_unexpected() {
+    let mut drives = [drive(1), drive(2), drive(3)];
+    let identifier = embedded_can::StandardId::new(0x283).unwrap();
+    let number = crate::drive::pdo_objects::PdoNumber::FIRST;
+    drives[2].pdos.torque_feedback = Some(crate::drive::wishes::PdoChannel { number, identifier });
+    let configuration = NetworkConfiguration::new(drives, PERIOD).unwrap();
+    assert!(configuration.receive_identifiers().any(|id| id == identifier));
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+    let frame = |data: &[u8]| crate::frame::Frame::new(identifier, data).unwrap();
+    let now = network.link().clock.now();
+    for data in [&[0xFF_u8, 0xFE][..], &[1, 2, 3]] {
+        network.link_mut().inject(now, frame(data));
+    }
+    network.sync().unwrap();
+    let health = network.health();
+    assert_eq!(health.nodes.map(|node| node.torque), [None, None, Some(-257)]);
+    assert_eq!((health.unexpected_frames, health.nodes[2].malformed), (0, 1));
+}
+
+#[test]
+fn what_was_learned_is_told_before_a_drive_has_power() {
+    use std::cell::RefCell;
+    std::thread_local!(static TOLD: RefCell<Vec<(u8, usize)>> = const { RefCell::new(Vec::new()) });
+    let mut network = network();
+    network.link_mut().drives[1].script.stuck_in = Some(PowerState::SwitchOnDisabled);
+    network.on_learned(|node, _, findings| TOLD.with_borrow_mut(|told| told.push((node, findings.len()))));
+    start(&mut network).unwrap_err();
+    let questions = crate::drive::plan::Question::ALL.len();
+    assert_eq!(TOLD.take(), [(1, questions), (2, questions), (3, questions)]);
+}
+
 #[test]
 fn a_drive_that_stays_pre_operational_is_named() {
     let mut network = network();
