@@ -77,7 +77,7 @@ fn bought_drives_run_the_task_with_the_printed_entries() {
     let arguments = ["--overrun", "catch-up", "--log", "none", "--json"];
     let output = finish(&mut controller(&workshop, &arguments));
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(report["completed"], true, "{}", describe(&output));
+    assert_eq!(report[0]["completed"], true, "{}", describe(&output));
 }
 
 #[test]

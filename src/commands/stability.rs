@@ -10,8 +10,9 @@ use serde::Serialize;
 use uarm_loop::stability::survey::Worst;
 use uarm_loop::stability::{DelayError, TransportDelay};
 
+use crate::console;
 use crate::exit::Exit;
-use crate::options::choice;
+use crate::options::{self, choice};
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::stability::Analysis;
@@ -44,7 +45,7 @@ pub struct Arguments {
     #[arg(long, value_parser = choice::<BaseAcceleration>(), value_name = "MODE")]
     base_acceleration: Option<BaseAcceleration>,
     /// The loop's period, such as 3ms or 1ms, instead of the robot file's
-    #[arg(long, value_parser = humantime::parse_duration, value_name = "TIME")]
+    #[arg(long, allow_hyphen_values = true, value_parser = options::period, value_name = "TIME")]
     period: Option<Duration>,
     /// From the latch of the counts to the torque, 0 to 3 cycles, instead of what bus and drives take by the robot file
     #[arg(long, value_parser = delay, value_name = "CYCLES")]
@@ -103,12 +104,10 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     };
     let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
     let report = report(&robot, arguments)?;
-    let mut output = std::io::stdout().lock();
     if arguments.json {
-        serde_json::to_writer_pretty(&mut output, &report)?;
-        writeln!(output)?;
+        console::print_json(&report)?;
     } else {
-        print(&mut output, &report)?;
+        print(&mut console::output(), &report)?;
     }
     Ok(if report.task.stable { Exit::Ok } else { Exit::Failure }.into())
 }

@@ -9,7 +9,7 @@ use crate::drive::objects::{self, Object};
 use crate::drive::plan::Findings;
 use crate::drive::survey::Survey;
 use crate::drive::wire::{self, DriveCommand, SyncCounter};
-use crate::drive::wishes::{DriveConfiguration, Protocol, Setting, SyncPayload, Watchdog, WatchdogTest};
+use crate::drive::wishes::{DriveConfiguration, Protocol, SyncPayload, Watchdog, WatchdogTest};
 use crate::link::Link;
 use crate::time::{Clock, Duration, Instant};
 use canopen_rs::{NmtCommand, NmtState, NodeId, Value};
