@@ -114,6 +114,8 @@ mod tests {
         assert!(undelayed < 0.01, "{undelayed}");
         let delayed = l2_to_the_stretched_arm(&[(TORQUE, "rated_torque_nm = 0.2, torque_delay_us = 2999,")]);
         assert!(delayed > 0.2, "{delayed}");
+        let at_sync = l2_to_the_stretched_arm(&[(TORQUE, "rated_torque_nm = 0.2, torque_applies = \"at-sync\",")]);
+        assert!(at_sync > 0.2, "{at_sync}");
         let hardware = l2_to_the_stretched_arm(&[
             (TORQUE, "rated_torque_nm = 0.2, torque_delay_us = 1999,"),
             ("period_us = 3000", "period_us = 2000"),

@@ -3,10 +3,10 @@
 use super::disturbance::Disturbance;
 use super::master::{DriveNetwork, Stage};
 use super::receive::Event;
-use crate::drive::cia402::{Command, Controlword, Statusword};
+use crate::drive::cia402::{Controlword, Statusword};
 use crate::drive::objects::{CONTROLWORD, Object, STATUSWORD};
 use crate::drive::sdo::{self, Expected, Patience, SdoError, SdoPort};
-use crate::drive::wishes::Setting;
+use crate::drive::wishes::{DriveConfiguration, Setting, TorqueApplies};
 use crate::frame::Frame;
 use crate::link::Link;
 use crate::time::{Clock, Duration, Instant};
@@ -163,9 +163,16 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
     }
 
     /// Sends a controlword to a drive that takes no PDO.
-    pub(super) fn command_by_sdo(&mut self, node: NodeId, command: Command) -> Result<(), SdoError<L::Error>> {
-        let controlword = Value::Unsigned16(Controlword::of(command).bits());
-        self.write(node, &Setting::of(&CONTROLWORD, controlword))
+    pub(super) fn command_by_sdo(&mut self, node: NodeId, word: Controlword) -> Result<(), SdoError<L::Error>> {
+        self.write(node, &Setting::of(&CONTROLWORD, Value::Unsigned16(word.bits())))
+    }
+
+    /// True if an RPDO acts in the drive when it comes: in NMT *Operational*, and not only at the next SYNC, of which there is
+    /// none outside the cycle.
+    pub(super) fn obeys_pdos(&self, node: NodeId) -> bool {
+        let waits = |drive: &&DriveConfiguration| drive.torque_applies == TorqueApplies::AtSync;
+        let synchronous = self.network.configuration.drives().iter().filter(waits).any(|drive| drive.node == node);
+        !synchronous && self.nmt_state(node) == Some(NmtState::Operational)
     }
 
     /// Emergencies from before the first SDO to a drive were about its past, such as a heartbeat lost in the last run.

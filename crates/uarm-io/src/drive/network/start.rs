@@ -183,7 +183,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
             if self.clock.now() >= deadline {
                 return Err(self.not_reached(node, PowerState::SwitchOnDisabled, found, waited));
             }
-            self.command_by_sdo(node, Command::DisableVoltage)?;
+            self.command_by_sdo(node, Controlword::of(Command::DisableVoltage))?;
             self.pause(self.network.configuration.timeouts.power_poll)?;
         }
     }
@@ -323,6 +323,9 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
             if let Some(command) = found.state().and_then(|state| towards(state, wanted)) {
                 last = after(last, command);
                 self.network.command(node, &DriveCommand { controlword: last, target_torque: 0 })?;
+                if !self.obeys_pdos(node) {
+                    self.command_by_sdo(node, last)?;
+                }
             }
             self.pause(self.network.configuration.timeouts.power_poll)?;
         }

@@ -94,9 +94,9 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         let sent = self.nodes().map(|node| (node, self.network.command(node, &command).is_ok()));
         let deadline = self.begin_step(self.network.configuration.timeouts.stop);
         for node in self.nodes() {
-            // Outside Operational a drive takes no PDO. What became of this is seen below.
-            if self.nmt_state(node) != Some(NmtState::Operational) {
-                let _ = self.command_by_sdo(node, order);
+            // What became of this is seen below.
+            if !self.obeys_pdos(node) {
+                let _ = self.command_by_sdo(node, command.controlword);
             }
         }
         let confirmations = sent.map(|(node, sent)| match sent {
