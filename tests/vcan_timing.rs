@@ -32,6 +32,8 @@ const WAKE_UP_RATIO: f64 = 1.5;
 /// seen at most in 20 000 cycles.
 const WRITERS_SYSTEM_CALL_NS: u64 = 100_000;
 
+/// How often cyclictest runs where a leap of the guest's time would hide what is looked for.
+const YARDSTICKS: usize = 3;
 /// cyclictest's priority: that of the loop.
 const PRIORITY: &str = "80";
 
@@ -158,7 +160,8 @@ fn without_fifo_scheduling_the_wake_up_bound_is_broken() {
     need_guest_time();
     let workshop = Workshop::new("no-fifo");
     let _load = Load::start();
-    let yardstick = cyclictest_maximum(3_000, CYCLES_BESIDE_LOAD);
+    // The guest's time may leap in one of them, when this machine is busy: the least is the guest's own.
+    let yardstick = (0..YARDSTICKS).map(|_| cyclictest_maximum(3_000, CYCLES_BESIDE_LOAD)).min().unwrap();
     let output = run(&workshop, 3_000, CYCLES_BESIDE_LOAD, "off", Recording::Off);
     let report = report(&output);
     let wake_up = wake_up_maximum(&report["timing"]);
