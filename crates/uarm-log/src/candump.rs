@@ -7,7 +7,7 @@
 //! Written with nine digits of the second, since the instants are known to the nanosecond; can-utils of 2023 and later read
 //! both. Read with any number of digits, with LF or CRLF, a byte order mark, comments (`#`, `;`), and raw data length codes
 //! (`181#0011223344556677_9`). What a drive's protocol does not use (remote frames, 29-bit identifiers, CAN FD, error frames)
-//! is left out and counted. Lines that are none of candump's, a last one without its end, and those in which it tells that
+//! is left out and counted. Lines that candump does not write, a last one without its end, and those in which it tells that
 //! frames were dropped, are losses: what is whole is read.
 
 use std::collections::BTreeMap;
@@ -45,7 +45,7 @@ pub struct Candump {
     pub frames: Vec<FrameRecord>,
     /// Lines with frames that the drives' protocol does not use.
     pub left_out: usize,
-    /// Lines that are none of candump's: how many, and the first in words.
+    /// Lines that candump does not write: how many, and the first in words.
     pub unreadable: Option<Lines>,
     /// Lines in which candump tells that frames were dropped.
     pub dropped: Option<Lines>,
