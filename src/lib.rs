@@ -6,7 +6,7 @@
 //! | [`commands`] | a file or folder per subcommand |
 //! | [`robot`] | robot files: read, checked, turned into types |
 //! | [`drives`] | which master drives the robot: CANopen or ODrive |
-//! | [`reference`] | where the joints with incremental encoders are, and whether that still holds |
+//! | [`mod@reference`] | where the joints with incremental encoders are, and whether that still holds |
 //! | [`simulated_robot`], [`simulation`] | a plant behind emulated drives; a run on it in virtual time |
 //! | [`stability`] | is the loop of a robot file stable with the delay of its drives? |
 //! | [`report`], [`inspection`], [`figures`] | what runs and logs tell: for people, in terminals, as figures |

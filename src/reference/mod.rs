@@ -9,7 +9,7 @@
 //! |---|---|
 //! | [`store`] | the file beside the robot file |
 //! | [`drive`] | what a drive shows of itself |
-//! | [`verify`] | does a stored reference still hold? |
+//! | [`mod@verify`] | does a stored reference still hold? |
 
 pub mod drive;
 pub mod store;

@@ -35,7 +35,7 @@ pub struct EmulatedAxis {
 }
 
 impl EmulatedAxis {
-    /// An axis without supply; [`power_on`](Self::power_on) starts it.
+    /// An axis without supply; `power_on` starts it.
     pub const fn new(parameters: AxisParameters) -> Self {
         Self {
             parameters,

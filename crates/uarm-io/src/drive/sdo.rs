@@ -1,6 +1,6 @@
 //! SDO transfers: reading and writing a drive's objects one by one, again after silence.
 //!
-//! [`read`] and [`write`] work through an [`SdoPort`]. The master of the drives is one; [`Bystander`] is the other, for who
+//! [`read()`] and [`write()`] work through an [`SdoPort`]. The master of the drives is one; [`Bystander`] is the other, for who
 //! only looks: it sends nothing but SDO requests, no heartbeat and no command.
 
 mod bystander;

@@ -69,7 +69,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// Resets and configures all drives, without power; blocks.
     ///
     /// Listening for another master, with which nothing is sent; power off, for drives that were left enabled; NMT reset
-    /// communication and boot-up; each drive is read, judged by [`crate::drive::plan()`], written where it
+    /// communication and boot-up; each drive is read, judged by [`plan`](mod@crate::drive::plan), written where it
     /// differs, and read again.
     ///
     /// # Errors

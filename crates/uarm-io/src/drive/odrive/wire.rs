@@ -120,7 +120,7 @@ fn at_least<const LENGTH: usize>(data: &[u8]) -> Result<[u8; LENGTH], LengthErro
     data.first_chunk().copied().ok_or(LengthError { expected: LENGTH, found: data.len() })
 }
 
-/// States of an axis (`AxisState`). Only [`AxisState::ClosedLoopControl`] drives the motor by the master's torques.
+/// States of an axis (`AxisState`). Only [`AxisState::CLOSED_LOOP_CONTROL`] drives the motor by the master's torques.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct AxisState(pub u8);
 
