@@ -50,6 +50,8 @@ pub enum Command {
     Stability(commands::stability::Arguments),
     /// Look at this machine's real-time and CAN preconditions, and measure how late it wakes up
     Doctor(commands::doctor::Arguments),
+    /// Explain a fault that ended a run: causes, what the log shows, what to do
+    Explain(commands::explain::Arguments),
     /// Draw the paper's figures from simulated experiments, as SVG and PNG
     Figures(commands::figures::Arguments),
     /// Learn fuzzy sets from recorded runs with ANFIS
@@ -76,6 +78,7 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
         Command::Filters(arguments) => commands::filters::execute(arguments),
         Command::Stability(arguments) => commands::stability::execute(arguments),
         Command::Doctor(arguments) => commands::doctor::execute(arguments),
+        Command::Explain(arguments) => commands::explain::execute(arguments),
         Command::Figures(arguments) => commands::figures::execute(arguments),
         Command::Train(arguments) => commands::train::execute(arguments),
         Command::Completions(arguments) => commands::completions::execute(arguments, CommandLine::command()),

@@ -7,6 +7,7 @@ use uarm_io::embedded_can::StandardId;
 use uarm_io::link::Link;
 use uarm_io::time::Clock;
 use uarm_loop::control_loop::{LoopEnd, LoopFault};
+use uarm_loop::fault_code::{Coded, FaultCode};
 use uarm_loop::guard::{LimitViolation, Quantity};
 use uarm_loop::record::Recorder;
 use uarm_loop::robot::Protocol;
@@ -14,6 +15,7 @@ use uarm_loop::run::{Finished, Observer, RunError, run};
 use uarm_loop::settings::Settings;
 
 use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
+use crate::error_text::with_causes;
 
 /// How a run ended, and what came of it until then, whatever drives it had.
 #[derive(Debug)]
@@ -33,8 +35,18 @@ pub struct Ended<R> {
 pub struct Failure {
     /// The first cause.
     pub cause: anyhow::Error,
+    /// Its name.
+    pub code: FaultCode,
     /// Which option of the command line would have helped.
     pub hint: Option<&'static str>,
+}
+
+impl Failure {
+    /// The cause and the hint in words.
+    pub fn text(&self) -> String {
+        let cause = with_causes(&self.cause);
+        self.hint.map_or_else(|| cause.clone(), |hint| format!("{cause} ({hint})"))
+    }
 }
 
 /// The way to a robot's drives.
@@ -95,11 +107,11 @@ pub fn receive_identifiers(robot: &LoopRobot) -> anyhow::Result<Vec<StandardId>>
 
 fn ended<S, C, R>(finished: Finished<S, C, R, JOINTS, ACTIVE>) -> Ended<R>
 where
-    S: std::error::Error + Send + Sync + 'static,
-    C: std::error::Error + Send + Sync + 'static,
+    S: std::error::Error + Coded + Send + Sync + 'static,
+    C: std::error::Error + Coded + Send + Sync + 'static,
 {
     let Finished { end, outcome, stop, recorder } = finished;
-    let end = end.map_err(|error| Failure { hint: hint(&error), cause: anyhow::Error::new(error) });
+    let end = end.map_err(|error| Failure { code: error.code(), hint: hint(&error), cause: anyhow::Error::new(error) });
     Ended { end, outcome, stop, recorder }
 }
 

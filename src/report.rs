@@ -7,14 +7,20 @@ use hinf_control::Law;
 use serde::{Serialize, Serializer};
 
 use uarm_log::description::ClockKind;
+use uarm_loop::choice::Choice;
+use uarm_loop::fault_code::FaultCode;
 use uarm_loop::outcome::Indices;
 use uarm_loop::timing::{LatencySummary, TimingSummary, Verdict};
 
 use crate::dimensions::{ACTIVE, LoopRobot, Outcome};
+use crate::drives::Failure;
 use crate::robot::Robot;
 
 /// How a run that ended as planned tells it.
 pub const COMPLETED: &str = "completed";
+
+/// The name of a fault's code among the figures of a log's end.
+pub const FAULT_CODE: &str = "fault_code";
 
 /// The summary of one run, as printed and as `--json` gives it. Angles in degrees, torques in N·m, indices as in
 /// Table 4 of the paper.
@@ -30,6 +36,8 @@ pub struct RunReport {
     pub end: String,
     /// The first cause of an end that was not asked for.
     pub fault: Option<String>,
+    /// Its name, which `uarm explain` explains.
+    pub fault_code: Option<FaultCode>,
     /// Did it end as planned?
     pub completed: bool,
     /// How much of the task the numbers are about.
@@ -112,8 +120,29 @@ pub struct Ending {
     pub text: String,
     /// The first cause of an end that was not asked for.
     pub fault: Option<String>,
+    /// Its name; logs of other versions may have none.
+    pub fault_code: Option<FaultCode>,
     /// Did it end as planned?
     pub completed: bool,
+}
+
+impl Ending {
+    /// The motion came to its end.
+    pub fn completed() -> Self {
+        Self { text: COMPLETED.to_owned(), fault: None, fault_code: None, completed: true }
+    }
+
+    /// Somebody asked for the end; `stop` is what the drives said then.
+    pub fn interrupted(stop: &str) -> Self {
+        Self { text: format!("interrupted; {stop}"), fault: None, fault_code: None, completed: false }
+    }
+
+    /// A fault ended the run; `stop` is what the drives said then.
+    pub fn failed(failure: &Failure, stop: &str) -> Self {
+        let cause = failure.text();
+        let text = format!("FAILED: {cause}; {stop}");
+        Self { text, fault: Some(cause), fault_code: Some(failure.code), completed: false }
+    }
 }
 
 /// Bus time, computed with worst-case bit stuffing.
@@ -142,6 +171,7 @@ impl RunReport {
             controller: controller.to_owned(),
             end: ending.text,
             fault: ending.fault,
+            fault_code: ending.fault_code,
             completed: ending.completed,
             coverage,
             indices: outcome.last_time.is_some_and(|time| time >= 0.0).then_some(outcome.indices),
@@ -180,6 +210,7 @@ impl RunReport {
         if let Some(Indices { l2, e }) = self.indices {
             figures.extend([("l2", l2.to_string()), ("e_nm_s", e.to_string())]);
         }
+        figures.extend(self.fault_code.map(|code| (FAULT_CODE, code.name().to_owned())));
         figures.extend([
             ("cycles", timing.cycles.to_string()),
             ("missed_deadlines", timing.missed_deadlines.to_string()),
@@ -196,6 +227,10 @@ impl RunReport {
     /// If the output cannot be written.
     pub fn print(&self, output: &mut (impl Write + ?Sized)) -> io::Result<()> {
         writeln!(output, "{} on {}, controller {}: {}", self.robot, self.plant, self.controller, self.end)?;
+        if let Some(code) = self.fault_code {
+            let name = code.name();
+            writeln!(output, "  fault              {name}: `uarm explain {name}` tells causes and cures")?;
+        }
         self.print_indices(output)?;
         if let Some([error_2, error_3]) = self.final_error_deg {
             writeln!(output, "  error at the end   joint 2 {error_2:+.3} deg   joint 3 {error_3:+.3} deg")?;

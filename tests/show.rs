@@ -175,11 +175,12 @@ fn a_fault_stands_first_with_its_cause_and_the_flight_recorder() {
     std::fs::write(folder.join("robot.toml"), robot.replace(limit, "tracking_error_limit_deg = 2.0")).unwrap();
     let run = recorded(&folder, &["--robot", "robot.toml"]);
     let cause = run["fault"].as_str().unwrap();
+    assert_eq!(run["fault_code"], "tracking-error");
     let output = uarm(&folder, &["show", "run.mcap", "--figure", "run.svg"]);
     assert_eq!(code(&output), 0, "a failed run's log is whole: {}", text(&output.stdout));
     let told = text(&output.stdout);
     assert!(told.starts_with(&format!("FAULT, the first cause: {cause}\n")), "{told}");
-    for part in ["flight recorder    the last", "FATAL: ", "FAILED: "] {
+    for part in ["uarm explain tracking-error", "flight recorder    the last", "FATAL: ", "FAILED: "] {
         assert!(told.contains(part), "{part}: {told}");
     }
     let figure = std::fs::read_to_string(folder.join("run.svg")).unwrap();
@@ -187,6 +188,7 @@ fn a_fault_stands_first_with_its_cause_and_the_flight_recorder() {
     assert!(figure.contains("tracking error is"), "the figure names the cause");
     let (_, summary) = summary(&folder, "run.mcap");
     assert_eq!(summary["fault"]["cause"], cause);
+    assert_eq!(summary["report"]["fault_code"], "tracking-error");
     assert_eq!(summary["fault"]["cycles"], summary["contents"]["cycles"], "the run was shorter than the window");
 }
 

@@ -75,6 +75,11 @@ fn the_margins_of_the_papers_robot() {
 }
 
 #[test]
+fn the_faults_that_end_a_run() {
+    assert_prints("explain", &folder("explain"), &["explain"]);
+}
+
+#[test]
 fn the_map_from_the_space_manipulator_to_its_equivalent() {
     assert_prints("map", &folder("map"), &["map"]);
 }

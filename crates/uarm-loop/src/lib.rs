@@ -48,6 +48,7 @@
 //! | [`record`], [`keyframe`] | what a cycle leaves behind; the whole inner state, frozen |
 //! | [`recording`] | from the loop to files: lock-free queues and a writer thread |
 //! | [`timing`], [`statistics`], [`outcome`] | latencies and their verdict; peaks; what came of a run |
+//! | [`fault_code`] | names of what ends a run, the same in reports, logs and documents |
 //! | [`stability`] | is the loop stable with its period, estimators and delay? |
 //! | [`robot`], [`network`], [`odrive`] | the robot as types; what the CANopen or ODrive master must know of it |
 //! | [`settings`], [`mod@choice`], [`dimensions`] | what a run does; choices by name; how joints are counted |
@@ -66,6 +67,7 @@ pub mod choice;
 pub mod control_loop;
 pub mod dimensions;
 pub mod estimation;
+pub mod fault_code;
 pub mod guard;
 pub mod keyframe;
 pub mod motion;

@@ -21,7 +21,6 @@ use super::recording::{LogHandle, LoopSide};
 use crate::console;
 use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
 use crate::drives::{Failure, ToDrives, receive_identifiers, run_on};
-use crate::error_text::with_causes;
 use crate::robot::Robot;
 use crate::simulated_robot::{PlantChoice, SimulatedPlant, SimulatedRobot, simulated};
 
@@ -49,7 +48,7 @@ pub struct LoopThread<'a> {
 #[derive(Debug)]
 pub struct Finished {
     /// The end, or the first cause of an early one.
-    pub end: anyhow::Result<LoopEnd>,
+    pub end: Result<LoopEnd, Failure>,
     /// What came of the run.
     pub outcome: Outcome,
     /// What braking at the end met, in words.
@@ -142,11 +141,7 @@ impl Experiment<'_> {
         let mut controller = robot.controller(settings.law, settings.guard)?;
         announcement.iter().for_each(console::tell);
         let ended = run_on(&robot.description, settings, &mut controller, way, &mut clock, recorder, observer)?;
-        let end = ended.end.map_err(|Failure { cause, hint }| match hint {
-            Some(hint) => anyhow::anyhow!("{} ({hint})", with_causes(&cause)),
-            None => cause,
-        });
-        Ok(Finished { end, outcome: ended.outcome, stop: describe(&ended.stop) })
+        Ok(Finished { end: ended.end, outcome: ended.outcome, stop: describe(&ended.stop) })
     }
 }
 

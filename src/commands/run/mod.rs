@@ -251,6 +251,7 @@ mod tests {
             controller: "nonlinear".to_owned(),
             end: "completed".to_owned(),
             fault: None,
+            fault_code: None,
             completed: true,
             coverage: Coverage { until_s: 3.0, task_s: 3.0, cycles_are_missing: false },
             indices: Some(Indices { l2: 0.1, e: 0.1 }),

@@ -20,7 +20,7 @@ use super::watch::show_progress;
 use crate::dimensions::Progress;
 use crate::error_text::with_causes;
 use crate::log_files::LogChoice;
-use crate::report::{COMPLETED, Ending, RunReport, Subject};
+use crate::report::{Ending, RunReport, Subject};
 use crate::robot::Robot;
 
 /// A series of experiments.
@@ -125,18 +125,15 @@ impl Session {
 
     fn report(&self, robot: &Robot, finished: &Finished, log: Option<&Path>) -> RunReport {
         let Finished { end, outcome, stop } = finished;
-        let (completed, text, fault) = match end {
-            Ok(LoopEnd::Completed) => (true, COMPLETED.to_owned(), None),
-            Ok(LoopEnd::Interrupted) => (false, format!("interrupted; {stop}"), None),
-            Err(error) => {
-                let cause = with_causes(error);
-                (false, format!("FAILED: {cause}; {stop}"), Some(cause))
-            }
+        let ending = match end {
+            Ok(LoopEnd::Completed) => Ending::completed(),
+            Ok(LoopEnd::Interrupted) => Ending::interrupted(stop),
+            Err(failure) => Ending::failed(failure, stop),
         };
         let (plant, clock) = (self.place.name(), self.place.clock());
         let controller = self.settings.law.name();
         let subject = Subject { robot, plant: &plant, controller, clock };
-        RunReport::new(subject, Ending { text, fault, completed }, outcome, log.map(Path::to_owned))
+        RunReport::new(subject, ending, outcome, log.map(Path::to_owned))
     }
 }
 

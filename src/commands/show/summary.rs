@@ -8,10 +8,12 @@ use uarm_log::decoder::LoggedNote;
 use uarm_log::description::Fields;
 use uarm_log::proto;
 use uarm_log::time_axis::seconds_between;
+use uarm_loop::choice::Choice;
+use uarm_loop::fault_code::FaultCode;
 use uarm_loop::recording::Severity;
 
 use crate::dimensions::{Outcome, RunLog};
-use crate::report::{COMPLETED, Ending, RunReport, Subject};
+use crate::report::{COMPLETED, Ending, FAULT_CODE, RunReport, Subject};
 use crate::robot::Robot;
 
 /// A run as its log tells it.
@@ -150,7 +152,8 @@ fn ending(log: &RunLog) -> Ending {
     let recorded = |name: &str| log.end.as_ref().and_then(|end| end.get(name)).filter(|text| !text.is_empty());
     let text = recorded("end").cloned().unwrap_or_else(|| "no end is recorded".to_owned());
     let fault = log.fault.as_ref().map(|fault| fault.cause.clone()).or_else(|| recorded("fault").cloned());
-    Ending { completed: text == COMPLETED, text, fault }
+    let fault_code = recorded(FAULT_CODE).and_then(|name| FaultCode::from_name(name));
+    Ending { completed: text == COMPLETED, text, fault, fault_code }
 }
 
 /// A figure that the run recorded at its end.
