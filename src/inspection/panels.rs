@@ -23,13 +23,18 @@ const WAKE_UP: Stroke = Stroke::solid(SKY_BLUE);
 const FEEDBACK: Stroke = Stroke::solid(PURPLE).dashed(Dash::Dashed);
 const TOTAL: Stroke = Stroke::solid(BLACK).wide(0.8);
 
+const REPORTED_2: Stroke = Stroke::solid(SKY_BLUE).dashed(Dash::Dotted);
+const REPORTED_3: Stroke = Stroke::solid(PURPLE).dashed(Dash::Dotted);
+
 /// What is plotted of a cycle.
 type Signal = fn(&CycleRecord) -> f64;
 
 /// What the curves of the panels are.
-pub const LEGEND: [(&str, Stroke); 6] = [
+pub const LEGEND: [(&str, Stroke); 8] = [
     ("joint 2", JOINT_2),
     ("joint 3", JOINT_3),
+    ("joint 2, reported", REPORTED_2),
+    ("joint 3, reported", REPORTED_3),
     ("base", BASE),
     ("wake-up", WAKE_UP),
     ("SYNC to counts", FEEDBACK),
@@ -90,14 +95,20 @@ pub fn tracking_error(cycles: &[CycleRecord]) -> Panel {
     )
 }
 
-/// Torques of joints 2 and 3 behind the limiter.
+/// Torques of joints 2 and 3 behind the limiter, and those that their drives reported, if any did.
 pub fn torque(cycles: &[CycleRecord]) -> Panel {
-    panel(
-        cycles,
-        "Torque applied",
-        "Torque (N\u{b7}m)",
-        &[(JOINT_2, |record| record.torque_applied[0]), (JOINT_3, |record| record.torque_applied[1])],
-    )
+    let mut signals: Vec<(Stroke, Signal)> =
+        vec![(JOINT_2, |record| record.torque_applied[0]), (JOINT_3, |record| record.torque_applied[1])];
+    if cycles.iter().any(|record| record.torque_actual.iter().any(Option::is_some)) {
+        signals.push((REPORTED_2, |record| reported_torque(record, 1)));
+        signals.push((REPORTED_3, |record| reported_torque(record, 2)));
+    }
+    panel(cycles, "Torque applied", "Torque (N\u{b7}m)", &signals)
+}
+
+/// The torque that the drive of the joint of this index reported, N m; not a number, and so not drawn, without a report.
+fn reported_torque(record: &CycleRecord, joint: usize) -> f64 {
+    record.torque_actual[joint].map_or(f64::NAN, |actual| actual.newton_metres)
 }
 
 /// The base's angle.

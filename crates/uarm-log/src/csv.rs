@@ -3,7 +3,7 @@
 
 use std::io::{self, Write};
 
-use uarm_loop::record::CycleRecord;
+use uarm_loop::record::{ActualTorque, CycleRecord};
 
 use crate::signals::{Value, signals};
 
@@ -11,7 +11,8 @@ use crate::signals::{Value, signals};
 /// them are the same, byte for byte, in any lockstep run of the same experiment.
 pub const TIMING_COLUMNS: [&str; 5] = ["woke_ns", "sync_sent_ns", "counts_in_ns", "torque_out_ns", "done_ns"];
 
-/// Writes cycles, under a header that names the columns: `tick`, the [`signals`], [`TIMING_COLUMNS`].
+/// Writes cycles, under a header that names the columns: `tick`, the [`signals`], the torques that drives reported, if any did,
+/// [`TIMING_COLUMNS`]. A torque that was not reported is an empty field.
 ///
 /// # Errors
 /// If the output cannot be written.
@@ -20,6 +21,10 @@ pub fn write<const J: usize, const N: usize>(cycles: &[CycleRecord<J, N>], mut o
     write!(output, "tick")?;
     for signal in signals(first) {
         write!(output, ",{}", signal.name())?;
+    }
+    let reporting = reporting_joints(cycles);
+    for joint in &reporting {
+        write!(output, ",torque_actual_{number}_per_mille,torque_actual_{number}_nm", number = joint + 1)?;
     }
     writeln!(output, ",{}", TIMING_COLUMNS.join(","))?;
     for record in cycles {
@@ -31,6 +36,12 @@ pub fn write<const J: usize, const N: usize>(cycles: &[CycleRecord<J, N>], mut o
                 Value::Flag(flag) => write!(output, ",{}", u8::from(flag))?,
             }
         }
+        for joint in &reporting {
+            match record.torque_actual.get(*joint).copied().flatten() {
+                Some(ActualTorque { per_mille, newton_metres }) => write!(output, ",{per_mille},{newton_metres}")?,
+                None => write!(output, ",,")?,
+            }
+        }
         let instants = &record.instants;
         for instant in [instants.woke, instants.sync_sent, instants.counts_in, instants.torque_out, instants.done] {
             write!(output, ",{}", instant.since(instants.scheduled).as_nanos())?;
@@ -38,6 +49,11 @@ pub fn write<const J: usize, const N: usize>(cycles: &[CycleRecord<J, N>], mut o
         writeln!(output)?;
     }
     output.flush()
+}
+
+/// The joints, counted from 0, whose drives reported a torque in any cycle.
+fn reporting_joints<const J: usize, const N: usize>(cycles: &[CycleRecord<J, N>]) -> Vec<usize> {
+    (0..J).filter(|joint| cycles.iter().any(|record| record.torque_actual[*joint].is_some())).collect()
 }
 
 #[cfg(test)]
@@ -58,5 +74,25 @@ mod tests {
         let value = |name: &str| rows[1][rows[0].iter().position(|column| *column == name).unwrap()];
         assert_eq!((value("tick"), value("time_s"), value("phi_2")), ("7", "0.1", "-2.5"));
         assert_eq!((value("limited_2"), value("limited_3")), ("0", "1"));
+    }
+
+    /// Nobody must take a torque that was not reported for one of zero.
+    #[test]
+    fn torques_have_columns_for_drives_that_report_them_and_empty_fields_where_they_did_not() {
+        let silent = CycleRecord::<3, 2>::default();
+        let mut reported = silent;
+        reported.torque_actual[2] = Some(ActualTorque { per_mille: -257, newton_metres: -0.5 });
+        let lines = |cycles: &[CycleRecord<3, 2>]| {
+            let mut text = Vec::new();
+            write(cycles, &mut text).unwrap();
+            String::from_utf8(text).unwrap().lines().map(str::to_owned).collect::<Vec<_>>()
+        };
+        assert!(!lines(&[silent])[0].contains("torque_actual"));
+        let lines = lines(&[silent, reported]);
+        assert!(lines[0].ends_with(
+            "fell_back,torque_actual_3_per_mille,torque_actual_3_nm,woke_ns,sync_sent_ns,counts_in_ns,torque_out_ns,done_ns"
+        ));
+        assert!(lines[1].ends_with(",0,,,0,0,0,0,0"), "{}", lines[1]);
+        assert!(lines[2].ends_with(",0,-257,-0.5,0,0,0,0,0"), "{}", lines[2]);
     }
 }

@@ -6,7 +6,7 @@ use uarm_loop::uarm_io::time::Duration;
 use crate::proto::{ControlSample, DriveState, DriveStates, LoopTiming};
 use crate::shape::{ShapeError, array, array_ref};
 use crate::time_axis::TimeAxis;
-use uarm_loop::record::{CycleFlags, CycleRecord};
+use uarm_loop::record::{ActualTorque, CycleFlags, CycleRecord};
 use uarm_loop::timing::CycleInstants;
 
 /// The three messages of a cycle.
@@ -64,6 +64,7 @@ impl CycleMessages {
             torque_requested: array("ControlSample.torque_requested", &control.torque_requested)?,
             torque_applied: array("ControlSample.torque_applied", &control.torque_applied)?,
             torque_sent: states.each_ref().map(|drive| i16::try_from(drive.torque_sent).unwrap_or_default()),
+            torque_actual: states.each_ref().map(actual),
             disturbance: array("ControlSample.disturbance", &control.disturbance)?,
             flags: CycleFlags {
                 limited: array("ControlSample.limited", &control.limited)?,
@@ -77,6 +78,11 @@ impl CycleMessages {
         record.set_parameters(&control.parameters);
         Ok(record)
     }
+}
+
+fn actual(drive: &DriveState) -> Option<ActualTorque> {
+    let per_mille = i16::try_from(drive.torque_actual?).ok()?;
+    Some(ActualTorque { per_mille, newton_metres: drive.torque_actual_nm? })
 }
 
 fn narrow(statusword: u32) -> u16 {
@@ -136,6 +142,8 @@ fn drives<const J: usize, const N: usize>(record: &CycleRecord<J, N>, nodes: [u8
             state: state_in_words(statusword),
             counts: record.counts[joint],
             torque_sent: record.torque_sent[joint].into(),
+            torque_actual: record.torque_actual[joint].map(|actual| actual.per_mille.into()),
+            torque_actual_nm: record.torque_actual[joint].map(|actual| actual.newton_metres),
         }
     };
     DriveStates { tick: record.tick, drives: (0..nodes.len()).map(state).collect() }
@@ -158,9 +166,16 @@ mod tests {
     fn any_record() -> impl Strategy<Value = CycleRecord<3, 2>> {
         let numbers = prop::collection::vec(any::<u64>().prop_map(f64::from_bits), 80);
         let instants = prop::array::uniform6(0..1_u64 << 60);
-        let words = (any::<[i32; 3]>(), any::<[u16; 3]>(), any::<[i16; 3]>(), any::<[bool; 6]>());
+        let actual = any::<[Option<(i16, u64)>; 3]>();
+        let words = (any::<[i32; 3]>(), any::<[u16; 3]>(), any::<[i16; 3]>(), any::<[bool; 6]>(), actual);
         (any::<[u64; 2]>(), numbers, instants, words, 0..=PARAMETER_CAPACITY).prop_map(
-            |([tick, elapsed_ticks], numbers, instants, (counts, statuswords, torque_sent, flags), parameter_count)| {
+            |(
+                [tick, elapsed_ticks],
+                numbers,
+                instants,
+                (counts, statuswords, torque_sent, flags, actual),
+                parameter_count,
+            )| {
                 let mut numbers = numbers.into_iter();
                 let mut next = || numbers.next().unwrap();
                 let [scheduled, woke, sync_sent, counts_in, torque_out, done] = instants.map(Instant::from_nanoseconds);
@@ -183,6 +198,10 @@ mod tests {
                     torque_requested: [next(), next()],
                     torque_applied: [next(), next()],
                     torque_sent,
+                    torque_actual: actual.map(|actual| {
+                        let (per_mille, bits) = actual?;
+                        Some(ActualTorque { per_mille, newton_metres: f64::from_bits(bits) })
+                    }),
                     disturbance: [next(), next()],
                     parameters: [0.0; PARAMETER_CAPACITY],
                     parameter_count: 0,

@@ -78,6 +78,7 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
             }
             let mut record = self.cycle(&tick, drives, clock, schedule)?;
             let supervised = drives.housekeeping(clock.now());
+            record.torque_actual = self.path.torque.actual(drives.torque_actual());
             record.instants.done = clock.now();
             recorder.record(&record);
             self.timing.record(&record.instants, tick.elapsed);

@@ -55,6 +55,9 @@ pub struct CycleRecord<const J: usize, const N: usize> {
     pub torque_applied: [f64; N],
     /// Target torques as sent, per mille of the rated torque.
     pub torque_sent: [i16; J],
+    /// Torques that the drives reported, of those that report one: for this cycle's SYNC, or for the one before if the report was
+    /// still on its way when the cycle ended.
+    pub torque_actual: [Option<ActualTorque>; J],
     /// The experiment's disturbance at this instant, N·m.
     pub disturbance: [f64; N],
     /// Adapted parameters Φ; those beyond `parameter_count` are zero.
@@ -78,6 +81,15 @@ pub struct CycleFlags<const N: usize> {
     pub frozen: bool,
     /// The law met a non-finite value and used its fallback.
     pub fell_back: bool,
+}
+
+/// A torque that a drive reported: its torque actual value 6077h.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ActualTorque {
+    /// As the drive sent it, per mille of its rated torque.
+    pub per_mille: i16,
+    /// The same at the joint, N·m.
+    pub newton_metres: f64,
 }
 
 /// What was seen of bus and drives until `at`.
@@ -119,6 +131,7 @@ impl<const J: usize, const N: usize> Default for CycleRecord<J, N> {
             torque_requested: [0.0; N],
             torque_applied: [0.0; N],
             torque_sent: [0; J],
+            torque_actual: [None; J],
             disturbance: [0.0; N],
             parameters: [0.0; PARAMETER_CAPACITY],
             parameter_count: 0,
@@ -128,7 +141,7 @@ impl<const J: usize, const N: usize> Default for CycleRecord<J, N> {
 }
 
 impl<const J: usize, const N: usize> CycleRecord<J, N> {
-    /// The record of one cycle, but for the adapted parameters.
+    /// The record of one cycle, but for the adapted parameters and the torques that the drives reported.
     pub fn new(
         tick: &Tick,
         instants: &CycleInstants,

@@ -5,6 +5,8 @@ use nalgebra::SVector;
 use uarm_io::time::Duration;
 use uarm_io::torque::{TorqueError, TorqueScale};
 
+use crate::record::ActualTorque;
+
 /// Where the experiment's disturbance acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DisturbanceSite {
@@ -68,5 +70,14 @@ impl<const J: usize, const N: usize> TorqueStage<J, N> {
             *sent = scale.to_drive(*torque)?.per_mille;
         }
         Ok(PreparedTorque { limited, disturbance, sent })
+    }
+
+    /// What the drives reported, `per_mille` of each one's rated torque, and the same at the joints.
+    pub fn actual(&self, per_mille: [Option<i16>; J]) -> [Option<ActualTorque>; J] {
+        let mut actual = [None; J];
+        for ((actual, scale), per_mille) in actual.iter_mut().zip(&self.scales).zip(per_mille) {
+            *actual = per_mille.map(|per_mille| ActualTorque { per_mille, newton_metres: scale.to_joint(per_mille) });
+        }
+        actual
     }
 }

@@ -69,6 +69,10 @@ pub trait RobotDrives<const JOINTS: usize> {
     /// If the bus or a drive failed.
     fn housekeeping(&mut self, now: Instant) -> Result<(), Self::CycleError>;
 
+    /// The torques that the drives reported for the last cycle, per mille of each drive's rated torque; `None` for a drive that
+    /// reports none. Ask after [`housekeeping`](Self::housekeeping).
+    fn torque_actual(&self) -> [Option<i16>; JOINTS];
+
     /// Stops all drives as well as it can be done: torque 0, power off, brakes closed; blocks. Never fails: what a drive
     /// did not confirm is told in the report.
     fn stop<C: Clock>(&mut self, clock: &C) -> StopReport<JOINTS>;
@@ -109,6 +113,10 @@ where
 
     fn housekeeping(&mut self, now: Instant) -> Result<(), Self::CycleError> {
         Self::housekeeping(self, now)
+    }
+
+    fn torque_actual(&self) -> [Option<i16>; JOINTS] {
+        Self::torque_actual(self)
     }
 
     fn stop<C: Clock>(&mut self, clock: &C) -> StopReport<JOINTS> {

@@ -78,6 +78,7 @@ fn a_record_takes_over_every_signal() {
         torque_requested: [21.0, 22.0],
         torque_applied: [25.0, 26.0],
         torque_sent: [29, 30, 31],
+        torque_actual: [None; 3],
         disturbance: [27.0, 28.0],
         parameters: [0.0; PARAMETER_CAPACITY],
         parameter_count: 0,

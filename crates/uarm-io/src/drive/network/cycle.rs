@@ -38,6 +38,9 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         for node in &mut self.nodes {
             node.fresh = None;
             node.missed = false;
+            if !core::mem::take(&mut node.torque_is_fresh) {
+                node.health.torque = None;
+            }
             node.owed = Some(node.owed.map_or(1, |owed| owed.saturating_add(1).min(MOST_ANSWERS_OWED)));
         }
         let frame = match self.sync_counter.as_mut().and_then(SyncCounter::advance) {
@@ -90,6 +93,12 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             };
         }
         Ok(outcome?)
+    }
+
+    /// The torque actual values 6077h, per mille of each drive's rated torque, joint 1 first: those for the last SYNC, or for the
+    /// one before while they are on their way. `None` for a drive that sends none.
+    pub fn torque_actual(&self) -> [Option<i16>; JOINTS] {
+        self.nodes.map(|node| node.health.torque)
     }
 
     /// What is not bound to the SYNC, once a cycle: takes in waiting frames, sends the master's heartbeat if it is due,

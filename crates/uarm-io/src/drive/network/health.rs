@@ -40,7 +40,8 @@ pub struct NodeHealth {
     pub longest_heartbeat_gap: Duration,
     /// The last statusword.
     pub statusword: Statusword,
-    /// The last torque actual value 6077h, per mille of the rated torque, of a drive that sends it.
+    /// The torque actual value 6077h, per mille of the rated torque, of a drive that sends it: the answer to the last SYNC, or to
+    /// the one before while that is on its way.
     pub torque: Option<i16>,
     /// The state in the last heartbeat.
     pub nmt_state: Option<NmtState>,

@@ -54,6 +54,8 @@ pub(super) struct Node {
     pub(super) owed: Option<u8>,
     /// Its feedback for the last SYNC.
     pub(super) fresh: Option<DriveFeedback>,
+    /// Its torque actual value came after the last SYNC.
+    pub(super) torque_is_fresh: bool,
     /// The deadline for that feedback has passed without it.
     pub(super) missed: bool,
     /// An emergency that was not reported yet.
@@ -120,6 +122,7 @@ impl Node {
             last_defence: LastDefence::None,
             owed: None,
             fresh: None,
+            torque_is_fresh: false,
             missed: false,
             alarm: None,
             controlword: Controlword::default(),

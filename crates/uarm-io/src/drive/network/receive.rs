@@ -84,7 +84,10 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         let identifier = Some(received.frame.id());
         let Some(node) = self.nodes.iter_mut().find(|node| node.torque_identifier == identifier) else { return false };
         match wire::decode_torque_feedback(received.frame.data()) {
-            Ok(torque) => node.health.torque = Some(torque),
+            Ok(torque) => {
+                node.health.torque = Some(torque);
+                node.torque_is_fresh = true;
+            }
             Err(_) => node.health.malformed += 1,
         }
         true

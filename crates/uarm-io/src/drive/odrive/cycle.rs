@@ -68,6 +68,11 @@ where
     }
 
     /// Takes in waiting frames and supervises heartbeats, states and errors. The axes' watchdogs are fed by the torques.
+    /// None: an axis reports its torque on request only, and is not asked.
+    fn torque_actual(&self) -> [Option<i16>; JOINTS] {
+        [None; JOINTS]
+    }
+
     fn housekeeping(&mut self, now: Instant) -> Result<(), Self::CycleError> {
         self.drain()?;
         self.armed()?;

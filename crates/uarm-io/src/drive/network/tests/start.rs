@@ -383,6 +383,16 @@ fn torque_feedback_is_heard_and_is_not_unexpected() {
     let health = network.health();
     assert_eq!(health.nodes.map(|node| node.torque), [None, None, Some(-257)]);
     assert_eq!((health.unexpected_frames, health.nodes[2].malformed), (0, 1));
+    network.sync().unwrap();
+    assert_eq!(network.torque_actual(), [None; 3], "nothing came since the SYNC before");
+    let late = network.link().clock.now();
+    network.link_mut().inject(late, frame(&[0x10, 0]));
+    network.sync().unwrap();
+    assert_eq!(
+        network.torque_actual(),
+        [None, None, Some(16)],
+        "the answer to the SYNC before, that came too late for it"
+    );
 }
 
 #[test]
