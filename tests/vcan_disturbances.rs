@@ -151,6 +151,18 @@ fn another_master_ends_a_run_with_brakes() {
 }
 
 #[test]
+fn two_drives_with_one_node_id_fail_the_start() {
+    let workshop = Workshop::new("one-id");
+    let bus = Bus::open();
+    let other = workshop.write_robot_as("other.toml", &[("node = 1", "node = 41"), ("node = 3", "node = 43")]);
+    let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
+    let _other = Robot::start_beside(&workshop, &bus, &other, 43);
+    let output = controller(&workshop, &["--log", "none"]).output().unwrap();
+    assert_fails(&output, "are there two drives with node id 2?");
+    assert!(bus.all_have_braked());
+}
+
+#[test]
 fn two_answers_to_one_sync_end_a_run_with_brakes() {
     let workshop = Workshop::new("twins");
     let bus = Bus::open();

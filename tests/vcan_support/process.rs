@@ -1,13 +1,18 @@
 //! `uarm plant` and `uarm run` as processes.
 
 use rustix::process::{Pid, Signal, kill_process};
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
 
-use super::bus::Bus;
+use super::bus::{Bus, HEARTBEAT};
 use super::{INTERFACE, Workshop};
 
 /// The priority of the emulated robot where timing counts: below the controller's, as a drive does not run on its CPU.
 const ROBOT_PRIORITY: &str = "60";
+
+/// Longer than an emulated robot takes to boot.
+const BOOT_TIME: Duration = Duration::from_secs(60);
 
 /// How a process is scheduled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +25,16 @@ pub enum Scheduling {
 pub struct Robot(Child);
 
 impl Robot {
+    /// Starts another one on the same bus, with the robot file at `robot`, and waits until its drive of `node` has booted.
+    pub fn start_beside(workshop: &Workshop, bus: &Bus, robot: &Path, node: u8) -> Self {
+        bus.drain();
+        let mut command = workshop.command();
+        command.args(["plant", "--can", INTERFACE, "--robot"]).arg(robot);
+        let robot = Self(command.stdout(Stdio::null()).spawn().unwrap());
+        bus.wait_for("boot-up message", BOOT_TIME, |seen| seen.id == HEARTBEAT + u16::from(node));
+        robot
+    }
+
     /// Starts it, and waits until its drives have booted.
     pub fn start(workshop: &Workshop, bus: &Bus, scheduling: Scheduling, arguments: &[&str]) -> Self {
         let uarm = workshop.uarm();

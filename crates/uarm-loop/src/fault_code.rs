@@ -93,7 +93,7 @@ impl Coded for Disturbance {
         match self {
             Self::Rebooted { .. } => FaultCode::DriveRebooted,
             Self::AnotherMaster(_) => FaultCode::OtherMaster,
-            Self::Twins { .. } => FaultCode::TwoDrivesOneNode,
+            Self::Twins { .. } | Self::SdoTwins { .. } => FaultCode::TwoDrivesOneNode,
         }
     }
 }

@@ -63,7 +63,7 @@ pub struct Patience {
 const SPECIFIER: u8 = 0xE0;
 pub(super) const UPLOAD_RESPONSE: u8 = 0x40;
 const DOWNLOAD_RESPONSE: u8 = 0x60;
-const ABORT: u8 = 0x80;
+pub(super) const ABORT: u8 = 0x80;
 /// An expedited upload response that does not say how many of its four bytes count.
 const UPLOAD_WITHOUT_SIZE: u8 = 0x42;
 /// The longest value that `canopen-rs` transfers is 32 bytes, five segments; empty segments beyond that are nonsense.

@@ -6,12 +6,16 @@ use super::receive::Event;
 use crate::drive::cia402::{Controlword, Statusword};
 use crate::drive::objects::{CONTROLWORD, Object, STATUSWORD};
 use crate::drive::sdo::{self, Expected, Patience, SdoError, SdoPort};
+use crate::drive::wire::Channel;
 use crate::drive::wishes::{DriveConfiguration, Setting, TorqueApplies};
 use crate::frame::Frame;
 use crate::link::Link;
 use crate::time::{Clock, Duration, Instant};
 use canopen_rs::sdo::SdoPayload;
 use canopen_rs::{Address, DataType, NmtState, NodeId, Value};
+
+/// Late SDO answers of one drive, to attempts that were given up. More are not remembered.
+const MOST_LATE_SDO_ANSWERS: u8 = 3;
 
 /// A network and the clock by which it waits.
 pub(super) struct Blocking<'a, L: Link, C, const JOINTS: usize> {
@@ -152,14 +156,28 @@ impl<'a, L: Link, C: Clock, const JOINTS: usize> Blocking<'a, L, C, JOINTS> {
     ) -> Result<Value, SdoError<L::Error>> {
         self.address(node);
         let patience = self.patience();
-        sdo::read(self, patience, node, object, data_type)
+        let read = sdo::read(self, patience, node, object, data_type);
+        self.unless_twins(read)
+    }
+
+    /// What came of a transfer, unless its answer was one to another request: then the one to this request is still to come, and
+    /// two drives have this node id.
+    fn unless_twins<T>(&mut self, outcome: Result<T, SdoError<L::Error>>) -> Result<T, SdoError<L::Error>> {
+        if let Err(SdoError::Response { command, expected, .. }) = &outcome
+            && expected.is_of_another(*command)
+        {
+            self.pause(self.network.configuration.timeouts.sdo)?;
+            self.undisturbed().map_err(SdoError::Disturbed)?;
+        }
+        outcome
     }
 
     /// Writes an object.
     pub(super) fn write(&mut self, node: NodeId, setting: &Setting) -> Result<(), SdoError<L::Error>> {
         self.address(node);
         let patience = self.patience();
-        sdo::write(self, patience, node, setting.address, setting.value)
+        let written = sdo::write(self, patience, node, setting.address, setting.value);
+        self.unless_twins(written)
     }
 
     /// Sends a controlword to a drive that takes no PDO.
@@ -209,7 +227,18 @@ impl<L: Link, C: Clock, const JOINTS: usize> SdoPort for Blocking<'_, L, C, JOIN
     }
 
     fn send_request(&mut self, frame: &Frame) -> Result<(), L::Error> {
-        self.network.send(frame).map(|_| ())
+        self.network.send(frame)?;
+        // An abort is not answered; it ends an attempt whose answer may still come.
+        if let Some(Channel::SdoRequest(node)) = Channel::of(frame.id())
+            && let Some(node) = self.network.node_mut(node)
+        {
+            if frame.data().first() == Some(&sdo::ABORT) {
+                node.sdo_late = node.sdo_late.saturating_add(1).min(MOST_LATE_SDO_ANSWERS);
+            } else {
+                node.sdo_owed = node.sdo_late.saturating_add(1);
+            }
+        }
+        Ok(())
     }
 
     /// Sends the master's heartbeats meanwhile.

@@ -19,6 +19,11 @@ pub enum Disturbance {
         /// The node id.
         node: u8,
     },
+    /// A drive's node id answered an SDO request twice.
+    SdoTwins {
+        /// The node id.
+        node: u8,
+    },
 }
 
 impl fmt::Display for Disturbance {
@@ -34,6 +39,10 @@ impl fmt::Display for Disturbance {
             Self::Twins { node } => {
                 write!(formatter, "two answers to one SYNC from node {node}: are there two drives with node id {node}?")
             }
+            Self::SdoTwins { node } => write!(
+                formatter,
+                "two answers to one SDO request from node {node}: are there two drives with node id {node}?"
+            ),
         }
     }
 }

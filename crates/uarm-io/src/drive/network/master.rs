@@ -52,6 +52,10 @@ pub(super) struct Node {
     pub(super) last_defence: LastDefence,
     /// How many SYNCs of this run it may still answer; `None` before the first.
     pub(super) owed: Option<u8>,
+    /// How many SDO requests it may still answer.
+    pub(super) sdo_owed: u8,
+    /// How many of its SDO answers were given up in this start.
+    pub(super) sdo_late: u8,
     /// Its feedback for the last SYNC.
     pub(super) fresh: Option<DriveFeedback>,
     /// Its torque actual value came after the last SYNC.
@@ -121,6 +125,8 @@ impl Node {
             commanded_at: None,
             last_defence: LastDefence::None,
             owed: None,
+            sdo_owed: 0,
+            sdo_late: 0,
             fresh: None,
             torque_is_fresh: false,
             missed: false,

@@ -4,6 +4,7 @@ use super::disturbance::Disturbance;
 use super::health::arrived;
 use super::master::{DriveNetwork, LastDefence, Node, Stage};
 use crate::drive::cia402::{Command, Controlword};
+use crate::drive::sdo;
 use crate::drive::wire::{self, Channel, DriveFeedback, EmergencyMessage};
 use crate::link::{Link, Received};
 use crate::time::Instant;
@@ -39,8 +40,14 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             self.overhear(received);
             return Event::Nothing;
         };
-        let twins = matches!(channel, Channel::Tpdo1(_)) && !node.answers();
         let id = node.health.node;
+        let twins = match channel {
+            Channel::Tpdo1(_) if !node.answers() => Some(Disturbance::Twins { node: id }),
+            Channel::SdoResponse(_) if !node.answers_sdo(received.frame.data()) => {
+                Some(Disturbance::SdoTwins { node: id })
+            }
+            _ => None,
+        };
         let read = match channel {
             Channel::Tpdo1(_) if node.missed || received.at < earliest_feedback => {
                 node.health.stale_feedbacks += 1;
@@ -64,8 +71,8 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         {
             self.disturb(rebooted);
         }
-        if twins {
-            self.disturb(Disturbance::Twins { node: id });
+        if let Some(twins) = twins {
+            self.disturb(twins);
         }
         event
     }
@@ -131,6 +138,16 @@ impl Node {
         let Some(owed) = &mut self.owed else { return true };
         let answers = *owed > 0;
         *owed = owed.saturating_sub(1);
+        answers
+    }
+
+    /// Takes one answer off the SDO requests that were made; false if none was open. A drive may abort a transfer by itself.
+    fn answers_sdo(&mut self, data: &[u8]) -> bool {
+        if self.stage != Stage::Addressed || data.first() == Some(&sdo::ABORT) {
+            return true;
+        }
+        let answers = self.sdo_owed > 0;
+        self.sdo_owed = self.sdo_owed.saturating_sub(1);
         answers
     }
 

@@ -160,6 +160,8 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         for node in &mut self.network.nodes {
             node.stage = Stage::Unknown;
             node.owed = None;
+            node.sdo_owed = 0;
+            node.sdo_late = 0;
         }
     }
 

@@ -60,6 +60,16 @@ pub enum Expected {
     Confirmation,
 }
 
+impl Expected {
+    /// True if a response with this command specifier answers a request of the other kind.
+    pub(in crate::drive) const fn is_of_another(self, command: u8) -> bool {
+        match self {
+            Self::Value(_) => command == super::DOWNLOAD_RESPONSE,
+            Self::Confirmation => command & super::SPECIFIER == super::UPLOAD_RESPONSE,
+        }
+    }
+}
+
 impl fmt::Display for Expected {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -259,6 +259,8 @@ pub struct FakeBus {
     pub meanwhile: Option<(u8, Address, Frame)>,
     /// Frames are stamped when they are read, not when they came.
     pub stamps_on_reading: bool,
+    /// SDO answers with this specifier, the upper three bits of their first byte, come twice.
+    pub echo: Option<u8>,
     /// The link fails from here on.
     pub down: bool,
     /// Sending fails before this.
@@ -307,7 +309,11 @@ impl FakeBus {
         let alive = self.drives.iter_mut().filter(|drive| drive.alive(now));
         let answers: Vec<(Duration, Frame)> = alive.flat_map(|drive| drive.on_frame(frame, now)).collect();
         for (delay, answer) in answers {
-            self.inject(now + delay, answer);
+            let is_answer = matches!(Channel::of(answer.id()), Some(Channel::SdoResponse(_)));
+            let is_doubled = is_answer && answer.data().first().map(|command| command & 0xE0) == self.echo;
+            for _ in 0..if is_doubled { 2 } else { 1 } {
+                self.inject(now + delay, answer);
+            }
         }
     }
 

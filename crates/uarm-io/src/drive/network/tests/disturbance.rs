@@ -314,3 +314,33 @@ fn another_drive_than_the_pinned_one_is_not_written_to() {
     }
     assert!(!network.link().sent.iter().any(|frame| is_write(frame) && frame.id().as_raw() == 0x602));
 }
+
+/// Each answers whatever is asked of node 2. That they send the same at the same instant is no rescue on a real bus either: their
+/// serial numbers differ.
+#[test]
+fn two_drives_with_one_node_id_are_told_at_the_start() {
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3, 2]), configuration());
+    let error = start(&mut network).unwrap_err();
+    assert_eq!(error, StartError::Disturbed(Disturbance::SdoTwins { node: 2 }));
+    let words = "two answers to one SDO request from node 2: are there two drives with node id 2?";
+    assert_eq!(format!("{error}"), words);
+    assert!(network.link().drives.iter().all(|drive| drive.power != PowerState::OperationEnabled));
+}
+
+/// The confirmation of a write comes twice, and the read that follows takes the second for its answer.
+#[test]
+fn a_second_confirmation_is_told_as_that_of_a_second_drive() {
+    let mut network = network();
+    network.link_mut().echo = Some(0x60);
+    let error = start(&mut network).unwrap_err();
+    assert_eq!(error, StartError::Disturbed(Disturbance::SdoTwins { node: 1 }));
+}
+
+/// A server that gives a transfer up says so once more than it was asked.
+#[test]
+fn an_abort_that_nobody_asked_for_is_not_a_second_drive() {
+    let mut network = network();
+    network.link_mut().echo = Some(0x80);
+    network.link_mut().drives[1].lacks.push(crate::drive::objects::SERIAL_NUMBER.address());
+    start(&mut network).unwrap();
+}
