@@ -16,6 +16,7 @@
 //! | [`robot_drives`] | what the control loop needs of drives, whatever protocol they speak |
 
 pub mod cia402;
+mod identity;
 pub mod network;
 pub mod objects;
 pub mod odrive;
@@ -28,6 +29,7 @@ pub mod wire;
 pub mod wishes;
 pub mod words;
 
+pub use identity::DriveIdentity;
 pub use network::DriveNetwork;
 pub use odrive::OdriveNetwork;
 pub use robot_drives::RobotDrives;

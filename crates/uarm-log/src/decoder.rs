@@ -11,6 +11,7 @@ use uarm_loop::uarm_io::link::FrameDirection;
 use crate::chunk::{Chunk, ChunkError};
 use crate::cycle::CycleMessages;
 use crate::description::{self, DescriptionError, Fields, RunDescription};
+use crate::drives::{self, LoggedDrive};
 use crate::keyframe;
 use crate::layout::{self, LengthError};
 use crate::proto::{self, can_frame};
@@ -28,6 +29,8 @@ pub enum Item<const J: usize, const N: usize> {
     Run(Box<RunDescription>),
     /// The machine that it ran on.
     Machine(Fields),
+    /// Which drives moved the robot.
+    Drives(Vec<LoggedDrive>),
     /// How the run ended.
     End(Fields),
     /// The record of a cycle.
@@ -178,6 +181,7 @@ impl<const J: usize, const N: usize> Decoder<J, N> {
                 emit(Item::Run(Box::new(described)));
             }
             description::MACHINE => emit(Item::Machine(fields)),
+            drives::DRIVES => emit(Item::Drives(drives::drives(&fields))),
             description::END => emit(Item::End(fields)),
             _ => {}
         }

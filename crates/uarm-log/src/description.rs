@@ -5,6 +5,7 @@
 //! | `uarm.run` | controller, settings, clock: all that a replay needs beside the robot |
 //! | `uarm.robot` | the robot as its describer wrote it down, as TOML; trained fuzzy sets, if any |
 //! | `uarm.machine` | version, commit, kernel, CPU, real-time settings |
+//! | `uarm.drives` | which drives moved it, as they said themselves ([`mod@crate::drives`]) |
 //! | `uarm.end` | how it ended; missing if the process was killed |
 //!
 //! Reading is lenient: what a log says of a controller or a robot that this version does not know is kept as text, and

@@ -22,6 +22,7 @@
 //! | [`writer`] | the file, written: one [`Sink`](uarm_loop::recording::Sink) of the recording |
 //! | [`reader`], [`follow`] | the file, or what is left of it, read; the file, read while it grows |
 //! | [`description`] | what was run, on what machine: the metadata |
+//! | [`mod@drives`] | which drives moved the robot: metadata as well |
 //! | [`topic`], [`proto`] | the topics, their schemas and messages |
 //! | [`cycle`], [`health`], [`keyframe`], [`shape`] | records to messages and back |
 //! | [`scene`] | the robot to look at: transforms and shapes |
@@ -42,6 +43,7 @@ pub mod csv;
 pub mod cycle;
 pub mod decoder;
 pub mod description;
+pub mod drives;
 pub mod follow;
 pub mod health;
 pub mod keyframe;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::decoder::{Decoder, Item, LoggedNote};
 use crate::description::{Fields, RunDescription};
+use crate::drives::LoggedDrive;
 use crate::proto;
 use crate::records::{self, Records, Step};
 use crate::regular_file;
@@ -21,6 +22,8 @@ pub struct RunLog<const J: usize, const N: usize> {
     pub run: RunDescription,
     /// The machine that it ran on.
     pub machine: Fields,
+    /// The drives that moved the robot, joint 1 first; none before they were set up, and in logs of earlier versions.
+    pub drives: Vec<LoggedDrive>,
     /// Cycles, in the order of their ticks.
     pub cycles: Vec<CycleRecord<J, N>>,
     /// Frames, in the order in which the controller sent and received them.
@@ -120,6 +123,7 @@ pub const fn is_gap<const J: usize, const N: usize>(one: &CycleRecord<J, N>, oth
 struct Collected<const J: usize, const N: usize> {
     run: Option<RunDescription>,
     machine: Fields,
+    drives: Vec<LoggedDrive>,
     cycles: Vec<CycleRecord<J, N>>,
     frames: Vec<FrameRecord>,
     keyframes: Vec<(Option<u64>, Keyframe<J, N>)>,
@@ -145,6 +149,7 @@ impl<const J: usize, const N: usize> Collected<J, N> {
         match item {
             Item::Run(run) => self.run = Some(*run),
             Item::Machine(machine) => self.machine = machine,
+            Item::Drives(drives) => self.drives = drives,
             Item::End(end) => self.end = Some(end),
             Item::Cycle(record) => self.cycles.push(*record),
             Item::Frame(frame) => self.frames.push(frame),
@@ -176,6 +181,7 @@ impl<const J: usize, const N: usize> Collected<J, N> {
             path: path.to_owned(),
             run,
             machine: self.machine,
+            drives: self.drives,
             cycles: self.cycles,
             frames: self.frames,
             keyframes: self.keyframes,

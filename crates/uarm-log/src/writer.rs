@@ -19,7 +19,7 @@ use crate::proto::{self, can_frame};
 use crate::scene::Scene;
 use crate::time_axis::{TimeAxis, timestamp};
 use crate::topic::{ENCODING, LIBRARY, Topic};
-use crate::{health, keyframe};
+use crate::{drives, health, keyframe};
 use uarm_loop::record::CycleRecord;
 use uarm_loop::recording::{Entry, FrameRecord, Note, PeriodicRecord, RunEnd, Severity, Sink};
 
@@ -197,6 +197,10 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
         match periodic {
             PeriodicRecord::Keyframe(state, _) => {
                 self.put(Topic::Keyframes, sequence, at, at, &keyframe::message(state, self.axis))
+            }
+            PeriodicRecord::Identities(identities, _) => {
+                let metadata = drives::fields(self.nodes, identities);
+                self.writer.write_metadata(&Metadata { name: drives::DRIVES.to_owned(), metadata })
             }
             PeriodicRecord::Health(record) => {
                 self.put(Topic::CanHealth, sequence, at, at, &health::message(record, dropped))

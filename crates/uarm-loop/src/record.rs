@@ -2,6 +2,7 @@
 
 use hinf_control::TrackingError;
 use nalgebra::SVector;
+use uarm_io::drive::DriveIdentity;
 use uarm_io::drive::network::NetworkHealth;
 use uarm_io::link::LinkHealth;
 use uarm_io::time::Instant;
@@ -211,6 +212,9 @@ pub trait Recorder<const J: usize, const N: usize> {
     /// Takes the whole inner state as it is at `at`, between two cycles.
     fn keyframe(&mut self, _keyframe: &Keyframe<J, N>, _at: Instant) {}
 
+    /// Takes what the drives said of themselves, at `at`, before the first cycle.
+    fn identities(&mut self, _identities: &[DriveIdentity; J], _at: Instant) {}
+
     /// Takes the health of bus and drives.
     fn health(&mut self, _health: &HealthRecord<J>) {}
 }
@@ -235,6 +239,9 @@ impl<const J: usize, const N: usize, R: Recorder<J, N> + ?Sized> Recorder<J, N> 
     }
     fn keyframe(&mut self, keyframe: &Keyframe<J, N>, at: Instant) {
         (**self).keyframe(keyframe, at);
+    }
+    fn identities(&mut self, identities: &[DriveIdentity; J], at: Instant) {
+        (**self).identities(identities, at);
     }
     fn health(&mut self, health: &HealthRecord<J>) {
         (**self).health(health);

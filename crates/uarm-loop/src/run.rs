@@ -99,7 +99,7 @@ pub fn run<D: RobotDrives<J>, C: Clock, R: Recorder<J, N>, const J: usize, const
     };
     let mut statistics = Statistics::new(recorder);
 
-    let motion = start(robot, settings, &mut drives, clock);
+    let motion = start(robot, settings, &mut drives, clock, &mut statistics);
     let mut page_faults = PageFaults::default();
     let end = match motion {
         Ok(motion) => {
@@ -153,8 +153,10 @@ fn start<D: RobotDrives<J>, C: Clock, const J: usize, const N: usize>(
     settings: &Settings,
     drives: &mut D,
     clock: &C,
+    recorder: &mut impl Recorder<J, N>,
 ) -> Result<Motion<N>, RunError<D::StartError, D::CycleError>> {
     let counts = drives.configure(clock).map_err(RunError::Start)?;
+    recorder.identities(&drives.identities(), clock.now());
     let angles = angles(robot, counts)?;
     let motion = motion(robot, settings, &angles)?;
     robot.guard().check_start(&angles, &motion)?;

@@ -1,5 +1,6 @@
 //! What a report tells of the motion, collected cycle by cycle without allocation.
 
+use uarm_io::drive::DriveIdentity;
 use uarm_io::time::Instant;
 
 use crate::dimensions;
@@ -67,6 +68,10 @@ impl<R: Recorder<J, N>, const J: usize, const N: usize> Recorder<J, N> for Stati
 
     fn keyframe(&mut self, keyframe: &Keyframe<J, N>, at: Instant) {
         self.next.keyframe(keyframe, at);
+    }
+
+    fn identities(&mut self, identities: &[DriveIdentity; J], at: Instant) {
+        self.next.identities(identities, at);
     }
 
     fn health(&mut self, health: &HealthRecord<J>) {

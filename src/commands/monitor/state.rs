@@ -105,7 +105,7 @@ impl State {
             Item::Fault(fault) => self.fault = Some(fault),
             Item::End(end) => self.end = Some(end),
             Item::Damage(what) => keep(&mut self.damage, what, MOST_DAMAGES),
-            Item::Machine(_) | Item::Frame(_) | Item::Keyframe(..) | Item::Closed => {}
+            Item::Machine(_) | Item::Drives(_) | Item::Frame(_) | Item::Keyframe(..) | Item::Closed => {}
         }
     }
 

@@ -36,7 +36,8 @@ fn lines(node: u8, survey: &Survey, findings: &Findings) -> Vec<String> {
     );
     let notes = findings.iter().filter(|finding| finding.verdict != Verdict::Works);
     let told = |finding: &Finding| format!("  node {node}: {finding}");
-    std::iter::once(own).chain(notes.map(told)).collect()
+    let identity = format!("  node {node}: {}", survey.identity());
+    [identity, own].into_iter().chain(notes.map(told)).collect()
 }
 
 #[cfg(test)]
@@ -58,13 +59,18 @@ mod tests {
         type Error = Infallible;
 
         fn ask(&mut self, object: &Object) -> Result<Answered, Infallible> {
-            let answer = if object.index == 0x6072 { Answer::Number(500) } else { Answer::Absent };
+            let answer = match (object.index, object.subindex) {
+                (0x1018, 1) => Answer::Number(0x9A),
+                (0x1018, 4) => Answer::Number(1001),
+                (0x6072, 0) => Answer::Number(500),
+                _ => Answer::Absent,
+            };
             Ok(Answered::by_drive(answer))
         }
     }
 
     #[test]
-    fn the_drives_own_limits_and_what_is_to_be_known_are_told() {
+    fn which_drive_it_is_its_own_limits_and_what_is_to_be_known_are_told() {
         let Ok(survey) = Survey::of(&mut Limits, []);
         let finding = |verdict, remedy| Finding {
             question: Question::TorqueLimits,
@@ -78,6 +84,7 @@ mod tests {
         assert_eq!(
             lines(2, &survey, &findings.into_iter().collect()),
             [
+                "  node 2: vendor 0000009Ah, serial number 1001",
                 "  node 2: its own limits, per mille of the rated: torque 6072h 500 (1F4h), current 6073h absent",
                 "  node 2: 6072h:00 (max torque) is 500 (1F4h), expected 1000 (3E8h): it cuts",
             ]

@@ -61,6 +61,9 @@ fn print_fault(fault: &FlightRecord, output: &mut impl Write) -> io::Result<()> 
 fn print_origin(summary: &Summary, output: &mut impl Write) -> io::Result<()> {
     let contents = &summary.contents;
     let machine = |name: &str| summary.machine.get(name).map_or("", String::as_str);
+    for (drive, label) in summary.drives.iter().zip(std::iter::once("drives").chain(std::iter::repeat(""))) {
+        writeln!(output, "  {label:<18} node {}: {}", drive.node, drive.identity())?;
+    }
     let begin = match summary.report.clock {
         ClockKind::Monotonic => format!("{}, ", contents.begin),
         ClockKind::Virtual => String::new(),

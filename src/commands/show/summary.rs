@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use uarm_log::decoder::LoggedNote;
 use uarm_log::description::Fields;
+use uarm_log::drives::LoggedDrive;
 use uarm_log::proto;
 use uarm_log::time_axis::seconds_between;
 use uarm_loop::choice::Choice;
@@ -29,6 +30,8 @@ pub struct Summary {
     pub contents: Contents,
     /// Version, commit, kernel, CPU and real-time settings.
     pub machine: Fields,
+    /// Which drives moved the robot, as they said themselves.
+    pub drives: Vec<LoggedDrive>,
     /// Bus and drives as they were last.
     pub health: Option<proto::CanHealth>,
     /// Warnings, and what is worse.
@@ -103,6 +106,7 @@ impl Summary {
             disagreements: disagreements(log, &report),
             contents: contents(log, begin),
             machine: log.machine.clone(),
+            drives: log.drives.clone(),
             health: log.health.last().cloned(),
             warnings: log.notes.iter().filter_map(|note| warning(note, begin)).collect(),
             report,

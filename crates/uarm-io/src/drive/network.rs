@@ -28,7 +28,7 @@ pub use error::{CycleError, Emergency, NodeSet, StartError};
 pub use foreign::ForeignFrame;
 pub use health::{NetworkHealth, NodeHealth};
 pub use master::{DriveNetwork, LastDefence, Learned};
-pub use start::{DriveIdentity, Started};
+pub use start::Started;
 pub use stop::{Confirmation, DriveStop, StopReport};
 
 #[cfg(test)]

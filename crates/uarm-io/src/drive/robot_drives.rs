@@ -2,6 +2,7 @@
 //!
 //! A protocol is one implementation of [`RobotDrives`]. [`DriveNetwork`] is that of CiA 402 drives on CANopen.
 
+use crate::drive::identity::DriveIdentity;
 use crate::drive::network::{CycleError, DriveNetwork, Feedback, NetworkHealth, StartError, StopReport};
 use crate::link::{Link, LinkHealth};
 use crate::time::{Clock, Instant};
@@ -25,6 +26,9 @@ pub trait RobotDrives<const JOINTS: usize> {
     /// # Errors
     /// Call [`stop`](Self::stop) then.
     fn configure<C: Clock>(&mut self, clock: &C) -> Result<[i32; JOINTS], Self::StartError>;
+
+    /// What the drives said of themselves in [`configure`](Self::configure); nothing before it.
+    fn identities(&self) -> [DriveIdentity; JOINTS];
 
     /// Brings drives that are set up to where they follow a torque, brakes open, torques zero; blocks. From here on the caller
     /// owes a [`housekeeping`](Self::housekeeping) once per cycle.
@@ -92,7 +96,11 @@ where
     type CycleError = CycleError<L::Error>;
 
     fn configure<C: Clock>(&mut self, clock: &C) -> Result<[i32; JOINTS], Self::StartError> {
-        Ok(Self::configure(self, clock)?.drives.map(|drive| drive.position))
+        Ok(Self::configure(self, clock)?.positions)
+    }
+
+    fn identities(&self) -> [DriveIdentity; JOINTS] {
+        Self::identities(self)
     }
 
     fn enable<C: Clock>(&mut self, clock: &C) -> Result<(), Self::StartError> {

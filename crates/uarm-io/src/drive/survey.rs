@@ -3,6 +3,7 @@
 //! The same questions go to a drive, over SDO, and to a dictionary file; [`ObjectSource`] is either of them. What the
 //! answers mean for a robot is [`crate::drive::plan`]'s business.
 
+use super::identity::DriveIdentity;
 use super::objects::{self, Object};
 use super::pdo_objects::{PdoKind, PdoNumber};
 use canopen_rs::{Address, DataType, Value};
@@ -268,6 +269,17 @@ impl Survey {
     /// What is known of `object`.
     pub fn get(&self, object: &Object) -> Answered {
         self.at(object.address())
+    }
+
+    /// What the drive says of itself.
+    pub fn identity(&self) -> DriveIdentity {
+        let number = |object: &Object| self.number(object).and_then(|number| u32::try_from(number).ok());
+        DriveIdentity {
+            vendor: number(&objects::VENDOR_ID),
+            product: number(&objects::PRODUCT_CODE),
+            revision: number(&objects::REVISION_NUMBER),
+            serial: number(&objects::SERIAL_NUMBER),
+        }
     }
 
     /// The number that `object` holds.

@@ -1,5 +1,6 @@
 //! What the loop and its link record into. Neither waits, locks nor allocates.
 
+use uarm_io::drive::DriveIdentity;
 use uarm_io::frame::Frame;
 use uarm_io::link::FrameDirection;
 use uarm_io::time::Instant;
@@ -23,6 +24,10 @@ impl<const J: usize, const N: usize> Recorder<J, N> for LoopRecorder<J, N> {
 
     fn keyframe(&mut self, keyframe: &Keyframe<J, N>, at: Instant) {
         self.periodic.push(PeriodicRecord::Keyframe(*keyframe, at));
+    }
+
+    fn identities(&mut self, identities: &[DriveIdentity; J], at: Instant) {
+        self.periodic.push(PeriodicRecord::Identities(*identities, at));
     }
 
     fn health(&mut self, health: &HealthRecord<J>) {

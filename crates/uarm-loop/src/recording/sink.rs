@@ -2,6 +2,7 @@
 
 use std::io;
 
+use uarm_io::drive::DriveIdentity;
 use uarm_io::frame::Frame;
 use uarm_io::link::FrameDirection;
 use uarm_io::time::Instant;
@@ -28,6 +29,8 @@ pub struct FrameRecord {
 pub enum PeriodicRecord<const J: usize, const N: usize> {
     /// The inner state at an instant.
     Keyframe(Keyframe<J, N>, Instant),
+    /// What the drives said of themselves, once, before the first cycle.
+    Identities([DriveIdentity; J], Instant),
     /// The health of bus and drives.
     Health(HealthRecord<J>),
 }
@@ -36,7 +39,7 @@ impl<const J: usize, const N: usize> PeriodicRecord<J, N> {
     /// The instant that it belongs to.
     pub const fn at(&self) -> Instant {
         match self {
-            Self::Keyframe(_, at) => *at,
+            Self::Keyframe(_, at) | Self::Identities(_, at) => *at,
             Self::Health(health) => health.at,
         }
     }

@@ -4,6 +4,7 @@ use super::configuration::NetworkConfiguration;
 use super::disturbance::Disturbance;
 use super::health::{NetworkHealth, NodeHealth};
 use crate::drive::cia402::Controlword;
+use crate::drive::identity::DriveIdentity;
 use crate::drive::plan::Findings;
 use crate::drive::survey::Survey;
 use crate::drive::wire::{self, Channel, DriveCommand, DriveFeedback, EmergencyMessage, SyncCounter};
@@ -56,6 +57,8 @@ pub(super) struct Node {
     pub(super) sdo_owed: u8,
     /// How many of its SDO answers were given up in this start.
     pub(super) sdo_late: u8,
+    /// What it said of itself when it was set up.
+    pub(super) identity: DriveIdentity,
     /// Its feedback for the last SYNC.
     pub(super) fresh: Option<DriveFeedback>,
     /// Its torque actual value came after the last SYNC.
@@ -127,6 +130,7 @@ impl Node {
             owed: None,
             sdo_owed: 0,
             sdo_late: 0,
+            identity: DriveIdentity::default(),
             fresh: None,
             torque_is_fresh: false,
             missed: false,
@@ -188,6 +192,11 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// Gives the link back.
     pub fn into_link(self) -> L {
         self.link
+    }
+
+    /// What the drives said of themselves when they were set up.
+    pub fn identities(&self) -> [DriveIdentity; JOINTS] {
+        self.nodes.map(|node| node.identity)
     }
 
     /// What was seen of the drives so far.

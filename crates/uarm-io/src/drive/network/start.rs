@@ -5,9 +5,9 @@ use super::error::StartError;
 use super::master::{DriveNetwork, LastDefence, Stage};
 use super::receive::Event;
 use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
-use crate::drive::objects::{self, Object};
+use crate::drive::identity::DriveIdentity;
+use crate::drive::objects;
 use crate::drive::plan::Findings;
-use crate::drive::survey::Survey;
 use crate::drive::wire::{self, DriveCommand, SyncCounter};
 use crate::drive::wishes::{DriveConfiguration, Protocol, SyncPayload, Watchdog, WatchdogTest};
 use crate::link::Link;
@@ -17,42 +17,14 @@ use canopen_rs::{NmtCommand, NmtState, NodeId, Value};
 /// What the drives said of themselves at start, joint 1 first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Started<const JOINTS: usize> {
-    /// Each drive.
+    /// What each drive says of itself.
     pub drives: [DriveIdentity; JOINTS],
+    /// 6064h before power is on: counts, where the joints stand.
+    pub positions: [i32; JOINTS],
     /// What was found in each drive.
     pub findings: [Findings; JOINTS],
     /// The SYNC that all drives take.
     pub sync_payload: SyncPayload,
-}
-
-/// What a drive says of itself.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct DriveIdentity {
-    /// 1018h:01, if it has one.
-    pub vendor: Option<u32>,
-    /// 1018h:02, if it has one.
-    pub product: Option<u32>,
-    /// 1018h:03, if it has one.
-    pub revision: Option<u32>,
-    /// 1018h:04, if it has one.
-    pub serial: Option<u32>,
-    /// 6064h before power is on: counts, where the joint stands.
-    pub position: i32,
-}
-
-impl DriveIdentity {
-    /// What a survey says of it.
-    fn of(survey: &Survey) -> Self {
-        let number = |object: &Object| survey.number(object).and_then(|number| u32::try_from(number).ok());
-        let position = survey.number(&objects::POSITION_ACTUAL);
-        Self {
-            vendor: number(&objects::VENDOR_ID),
-            product: number(&objects::PRODUCT_CODE),
-            revision: number(&objects::REVISION_NUMBER),
-            serial: number(&objects::SERIAL_NUMBER),
-            position: position.and_then(|position| i32::try_from(position).ok()).unwrap_or_default(),
-        }
-    }
 }
 
 impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
@@ -118,14 +90,14 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         let sync_payload = self.choose_sync()?;
         self.network.sync_counter = SyncCounter::new(sync_payload.overflow()).ok();
         let protocol = self.network.configuration.protocol(sync_payload);
-        let mut drives = [DriveIdentity::default(); JOINTS];
+        let mut positions = [0; JOINTS];
         let mut findings = core::array::from_fn(|_| Findings::new());
         // Taken by position, since `self` is borrowed while a drive is set up.
-        for (joint, (identity, found)) in drives.iter_mut().zip(&mut findings).enumerate() {
+        for (joint, (position, found)) in positions.iter_mut().zip(&mut findings).enumerate() {
             let Some(drive) = self.network.configuration.drives().get(joint).cloned() else { break };
-            (*identity, *found) = self.set_up(&drive, &protocol)?;
+            (*position, *found) = self.set_up(&drive, &protocol)?;
         }
-        Ok(Started { drives, findings, sync_payload })
+        Ok(Started { drives: self.network.identities(), positions, findings, sync_payload })
     }
 
     /// See [`DriveNetwork::enable`].
@@ -162,6 +134,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
             node.owed = None;
             node.sdo_owed = 0;
             node.sdo_late = 0;
+            node.identity = DriveIdentity::default();
         }
     }
 
@@ -223,11 +196,15 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         Ok(seen.is_some())
     }
 
-    /// Reads, writes and checks everything in one drive.
-    fn set_up(&mut self, drive: &DriveConfiguration, protocol: &Protocol) -> Outcome<(DriveIdentity, Findings), L> {
+    /// Reads, writes and checks everything in one drive. Returns where its joint stands, counts, and what was found.
+    fn set_up(&mut self, drive: &DriveConfiguration, protocol: &Protocol) -> Outcome<(i32, Findings), L> {
         let (survey, plan) = self.configure(drive, protocol)?;
         (self.network.learned)(drive.node.raw(), &survey, &plan.findings);
-        Ok((DriveIdentity::of(&survey), plan.findings))
+        if let Some(node) = self.network.node_mut(drive.node) {
+            node.identity = survey.identity();
+        }
+        let position = survey.number(&objects::POSITION_ACTUAL).and_then(|position| i32::try_from(position).ok());
+        Ok((position.unwrap_or_default(), plan.findings))
     }
 
     /// Refuses what is no drive, before anything else is asked of it.

@@ -5,6 +5,7 @@ use super::error::{OdriveCycleError, OdriveStartError};
 use super::master::{Axis, OdriveNetwork};
 use super::{turns, wire};
 use crate::drive::RobotDrives;
+use crate::drive::identity::DriveIdentity;
 use crate::drive::network::{Feedback, NetworkHealth, NodeSet, StopReport};
 use crate::link::{Link, LinkHealth};
 use crate::time::{Clock, Duration, Instant};
@@ -21,6 +22,11 @@ where
 
     fn configure<C: Clock>(&mut self, clock: &C) -> Result<[i32; JOINTS], Self::StartError> {
         self.set_up_axes(clock)
+    }
+
+    /// Nothing: no message of the protocol that the master uses carries it.
+    fn identities(&self) -> [DriveIdentity; JOINTS] {
+        [DriveIdentity::default(); JOINTS]
     }
 
     fn enable<C: Clock>(&mut self, clock: &C) -> Result<(), Self::StartError> {

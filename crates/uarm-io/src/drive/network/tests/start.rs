@@ -22,7 +22,7 @@ fn drives_are_configured_and_enabled() {
     let mut network = network();
     network.link_mut().drives[1].position = -77;
     let started = start(&mut network).unwrap();
-    assert_eq!(started.drives[1].position, -77);
+    assert_eq!(started.positions[1], -77);
     assert_eq!(started.drives[0].vendor, Some(0x55));
     for joint in 0..3 {
         let node = joint as u32 + 1;
