@@ -2,7 +2,7 @@
 //!
 //! A file is new, or replaced on an explicit wish (`--force`). A file that the command reads is never written to, by whatever
 //! name or link. What is written appears as a whole: it is written beside its place and then put there. Pipes and devices are
-//! written to as they are. (The log of a run has a rule of its own, see [`log_files`](crate::log_files): it is never replaced.)
+//! written to as they are. What grows as long as a command works is at its place from the beginning. (The log of a run has a rule of its own, see [`log_files`](crate::log_files): it is never replaced.)
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
@@ -94,10 +94,7 @@ impl OutputFiles {
     /// # Errors
     /// [`OutputError`]; whatever stood there is unchanged then.
     pub fn write(&self, file: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), OutputError> {
-        let io_error = |source: io::Error| match source.kind() {
-            io::ErrorKind::AlreadyExists => OutputError::Exists(file.to_owned()),
-            _ => OutputError::Io { file: file.to_owned(), source },
-        };
+        let io_error = |source| refused(file, source);
         let put = |beside: Beside, target: &Path, place: &Place| -> io::Result<()> {
             match place {
                 Place::Replaced(_, permissions) => {
@@ -118,6 +115,21 @@ impl OutputFiles {
         };
         let (beside, output) = Beside::create(target).map_err(io_error)?;
         written(output, write).and_then(|()| put(beside, target, &place)).map_err(io_error)
+    }
+
+    /// Begins a file that grows while the command works, at its place.
+    ///
+    /// # Errors
+    /// [`OutputError`]; whatever stood there is unchanged then.
+    pub fn create(&self, file: &Path) -> Result<File, OutputError> {
+        let mut options = OpenOptions::new();
+        options.write(true);
+        let opened = match self.place(file)? {
+            Place::New => options.create_new(true).open(file),
+            Place::Replaced(target, _) => options.truncate(true).open(target),
+            Place::Stream => options.open(file),
+        };
+        opened.map_err(|source| refused(file, source))
     }
 
     fn place(&self, file: &Path) -> Result<Place, OutputError> {
@@ -147,6 +159,13 @@ impl OutputFiles {
         // Behind a link, what it points to is replaced.
         let target = fs::canonicalize(file).map_err(io_error)?;
         Ok(Place::Replaced(target, metadata.permissions()))
+    }
+}
+
+fn refused(file: &Path, source: io::Error) -> OutputError {
+    match source.kind() {
+        io::ErrorKind::AlreadyExists => OutputError::Exists(file.to_owned()),
+        _ => OutputError::Io { file: file.to_owned(), source },
     }
 }
 
@@ -264,6 +283,19 @@ mod tests {
         folder.outputs(true).write(&file, hello).unwrap();
         assert_eq!(fs::read(&file).unwrap(), b"hello");
         assert_eq!(folder.names(), ["file", "input"], "nothing is left beside them");
+    }
+
+    #[test]
+    fn a_file_that_grows_is_new_or_replaced_on_a_wish() {
+        let folder = Folder::new("grows");
+        let file = folder.path("file");
+        folder.outputs(false).create(&file).unwrap().write_all(b"a long text").unwrap();
+        assert!(matches!(folder.outputs(false).create(&file), Err(OutputError::Exists(_))));
+        assert_eq!(fs::read(&file).unwrap(), b"a long text");
+        folder.outputs(true).create(&file).unwrap().write_all(b"short").unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"short");
+        assert!(matches!(folder.outputs(true).create(&folder.path("input")), Err(OutputError::IsInput { .. })));
+        folder.outputs(false).create(Path::new("/dev/null")).unwrap();
     }
 
     #[test]

@@ -118,6 +118,46 @@ fn a_dcf_names_its_node_and_its_values_come_first() {
     assert!(text(&output).contains("name = \"joint 3\""), "the entry is that of joint 3: {}", text(&output));
 }
 
+/// A joint that names a profile and its rated torque, and says nothing else of its drive.
+fn with_profile(name: &str) -> String {
+    let entry = format!(
+        "[[joints]]\nname = \"joint 2\"\nrole = \"active\"\nnode = 2\n\
+         encoder = {{ counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0 }}\n\
+         drive = {{ rated_torque_nm = 0.2, profile = \"{name}\" }}\n\
+         limits = {{ torque_nm = 0.2, torque_rate_nm_per_s = 100.0, velocity_deg_per_s = 360.0, minimum_deg = -170.0, maximum_deg = 170.0 }}\n"
+    );
+    with_joint_2(&entry)
+}
+
+#[test]
+fn a_profile_is_all_that_its_makers_drive_needs() {
+    for (name, _) in uarm::robot::profile::SHIPPED {
+        let dictionary = Dictionary::of_profile(name);
+        assert_eq!(judged(&format!("{name}-without"), &dictionary).0, WORKS_WITH, "{name} without its profile");
+        let robot = file(&format!("check-{name}.toml"), &with_profile(name));
+        let arguments = ["--node", "2", "--robot", robot.to_str().unwrap()];
+        let output = check(&format!("{name}-with"), &dictionary, &arguments);
+        assert_eq!(output.status.code(), Some(WORKS), "{name}: {}", text(&output));
+        let findings: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(findings["profile"].as_str().unwrap().contains("not tried on hardware"), "{findings:#}");
+        assert!(findings["joint"].as_str().unwrap().contains(&format!("profile = \"{name}\"")), "{findings:#}");
+    }
+}
+
+#[test]
+fn the_profiles_are_listed_and_printed() {
+    let listed = uarm(&["drive", "profiles", "--json"]);
+    let listed: Value = serde_json::from_slice(&listed.stdout).unwrap();
+    let names: Vec<&str> = listed.as_array().unwrap().iter().map(|row| row["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["elmo-gold", "maxon-epos4"]);
+    assert_eq!(listed[0]["evidence"], "from its dictionary, not tried on hardware");
+    let printed = uarm(&["drive", "profiles", "elmo-gold"]);
+    assert_eq!(printed.stdout, fs::read("robots/profiles/elmo-gold.toml").unwrap());
+    let unknown = uarm(&["drive", "profiles", "elmo"]);
+    assert_eq!(unknown.status.code(), Some(1));
+    assert!(text(&unknown).contains("expected one of elmo-gold, maxon-epos4"), "{}", text(&unknown));
+}
+
 #[test]
 fn bad_input_is_named() {
     let missing = uarm(&["drive", "check", "--eds", "nowhere.eds"]);

@@ -56,6 +56,7 @@ fn no_command_writes_over_what_it_reads() {
         &["replay", "run.mcap", "--controller", "adaptive", "--plot", "link.svg"],
         &["replay", "run.mcap", "--robot", "robot.toml", "--csv", "robot.toml"],
         &["compare", "--robot", "robot.toml", "--repeat", "1", "--csv", "robot.csv"],
+        &["plant", "--can", "nowhere0", "--robot", "robot.toml", "--truth", "robot.csv"],
         train,
     ] {
         for force in [&[][..], &["--force"]] {
@@ -103,6 +104,21 @@ fn no_command_writes_over_another_file_unless_it_is_told_to() {
         .unwrap()
         .filter(|entry| entry.as_ref().unwrap().file_name().as_bytes().ends_with(b".part"));
     assert_eq!(hidden.count(), 0, "nothing is left beside them");
+}
+
+/// Without an interface nothing is replaced either.
+#[test]
+fn the_truth_of_a_plant_is_a_new_file() {
+    let folder = folder("truth");
+    let truth = folder.join("truth.csv");
+    std::fs::write(&truth, "mine").unwrap();
+    let command = ["plant", "--can", "nowhere0", "--truth", "truth.csv"];
+    for (force, message) in [(&[][..], "the file exists, expected a new one"), (&["--force"], "nowhere0")] {
+        let output = uarm(&folder, &[&command, force].concat());
+        assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+        assert!(text(&output).contains(message), "{}", text(&output));
+        assert_eq!(std::fs::read(&truth).unwrap(), b"mine");
+    }
 }
 
 /// Whoever reads, the exit code is that of the work, and nothing is told of it.

@@ -70,6 +70,9 @@ struct Check {
     file: String,
     robot: String,
     joints: Vec<JointCheck>,
+    /// Drive profiles, and from what they are known.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    profiles: Vec<String>,
     bus: BusCheck,
 }
 
@@ -115,6 +118,7 @@ fn check(file: Option<&Path>, robot: &Robot) -> Check {
         file: file.map_or_else(|| robot::BUILT_IN_NAME.to_owned(), |file| file.display().to_string()),
         robot: description.name.clone(),
         joints: joints.collect(),
+        profiles: robot.profiles.iter().map(ToString::to_string).collect(),
         bus: BusCheck {
             bit_rate: bus.bit_rate.bits_per_second(),
             cycle_us: microseconds(bus.time.cyclic),
@@ -137,6 +141,9 @@ fn print(output: &mut impl Write, check: &Check) -> std::io::Result<()> {
             let share = 100.0 * needed / allowed;
             writeln!(output, "    {quantity:<12} {needed:>9.4} of {allowed:>9.4} {unit:<6} {share:>5.1} %")?;
         }
+    }
+    for profile in &check.profiles {
+        writeln!(output, "  {profile}")?;
     }
     let bus = &check.bus;
     writeln!(

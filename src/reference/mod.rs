@@ -104,7 +104,8 @@ fn referenced(
             found.position
         ));
     }
-    Ok((Robot::check(file, &robot.source, changed)?, lines))
+    let referenced = Robot::check(file, &robot.source, changed)?;
+    Ok((Robot { profiles: robot.profiles, ..referenced }, lines))
 }
 
 #[cfg(test)]

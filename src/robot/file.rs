@@ -206,6 +206,7 @@ pub struct MakersObject {
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Drive {
+    pub profile: Option<String>,
     pub rated_torque_nm: f64,
     #[serde(default, skip_serializing_if = "is_default")]
     pub identity: Identity,

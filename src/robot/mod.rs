@@ -11,7 +11,9 @@
 //! | `joint` | encoders, gears, torque scales and limits |
 //! | `drive` | what the master wants of a drive |
 //! | `bus` | the bus and its time budget |
+//! | `known_fields` | which fields a table may have |
 //! | `protocol` | what the drives speak |
+//! | [`profile`] | what is known of a maker's drives |
 //! | [`control`] | period, estimator, and the controllers' weights |
 
 mod bus;
@@ -22,7 +24,9 @@ pub mod error;
 pub mod file;
 pub mod fuzzy_sets;
 mod joint;
+mod known_fields;
 pub mod overrides;
+pub mod profile;
 mod protocol;
 mod task;
 
@@ -30,6 +34,7 @@ use std::path::Path;
 
 use dem_model::{DemBase, DemLink, PlanarSpaceManipulator, SpaceLink, SpacecraftBody, ThreeLinkDem};
 use hinf_control::{AdaptationGuard, AnyController, BuildContext, BuildError, FuzzySets, Law, QuinticReference};
+use serde::de::DeserializeOwned;
 use uarm_io::time::Duration;
 use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
@@ -41,6 +46,7 @@ use crate::text_file;
 use error::{Checker, RobotError};
 use file::RobotFile;
 use overrides::Overrides;
+use profile::UsedProfile;
 
 /// The name under which the built-in robot file appears in messages.
 pub const BUILT_IN_NAME: &str = "robots/uarm.toml (built in)";
@@ -56,6 +62,8 @@ pub struct Robot {
     pub source: String,
     /// The file as written, with what the command line changed.
     pub file: RobotFile,
+    /// The drive profiles that completed the file.
+    pub profiles: Vec<UsedProfile>,
     /// What the loop must know of it.
     pub description: LoopRobot,
     /// The model that the controllers work with.
@@ -89,7 +97,8 @@ impl Robot {
 
     /// Is it the paper's UARM with the paper's task? What the paper measured says something of this robot alone.
     pub fn is_the_papers(&self) -> bool {
-        let is_model = read(Path::new(BUILT_IN_NAME), BUILT_IN).is_ok_and(|(paper, _)| paper.model == self.file.model);
+        let is_model = read::<RobotFile>(Path::new(BUILT_IN_NAME), BUILT_IN)
+            .is_ok_and(|(paper, _)| paper.model == self.file.model);
         is_model && self.description.task.reference == QuinticReference::paper()
     }
 
@@ -99,15 +108,16 @@ impl Robot {
     /// As [`Robot::load`].
     pub fn parse(name: &Path, text: &str, overrides: &Overrides) -> Result<Self, RobotError> {
         let check = Checker::new(name);
-        let (mut file, unknown) = read(name, text)?;
+        let (mut file, unknown): (RobotFile, _) = read(name, text)?;
         if let Some(field) = unknown.first() {
-            return Err(check.refuse(with_brackets(field), "unknown field", known_beside(&file, field)));
+            return Err(check.refuse(with_brackets(field), "unknown field", known_fields::beside(field)));
         }
         if let Some((field, found, expected)) = surplus(text, &file) {
             return Err(check.refuse(field, format!("{found} values"), format!("{expected} values")));
         }
         overrides.apply(&mut file, &check)?;
-        let robot = Self::check(name, text, file)?;
+        let profiles = profile::apply(name, &mut file, &check)?;
+        let robot = Self { profiles, ..Self::check(name, text, file)? };
         let task = &robot.description.task.reference;
         demand::check(&robot.description, &robot.model, task, demand::TASK, &check)?;
         Ok(robot)
@@ -132,6 +142,7 @@ impl Robot {
         let bus = bus::check(&file.bus, &joints, protocol::check(&file, &check)?, period, &check)?;
         Ok(Self {
             source: text.to_owned(),
+            profiles: Vec::new(),
             description: LoopRobot {
                 name: file.name.clone(),
                 joints,
@@ -197,8 +208,8 @@ impl Robot {
     }
 }
 
-/// A robot file as written, and the fields in it that are not known.
-fn read(name: &Path, text: &str) -> Result<(RobotFile, Vec<String>), RobotError> {
+/// A file as written, and the fields in it that are not known.
+fn read<T: DeserializeOwned>(name: &Path, text: &str) -> Result<(T, Vec<String>), RobotError> {
     let syntax = |source| RobotError::Syntax { file: name.to_owned(), source: Box::new(source) };
     let mut unknown = Vec::new();
     let deserializer = toml::Deserializer::parse(text).map_err(syntax)?;
@@ -226,25 +237,6 @@ fn surplus_in(path: &str, written: &toml::Value, taken: &toml::Value) -> Option<
             pairs.find_map(|(index, (written, taken))| surplus_in(&format!("{path}[{index}]"), written, taken))
         }
         _ => None,
-    }
-}
-
-/// The fields that are known in the table of `field`, a path such as `joints.1.limits.torque`.
-fn known_beside(file: &RobotFile, field: &str) -> String {
-    let parents = field.rsplit_once('.').map_or("", |(parents, _)| parents);
-    let mut place = toml::Value::try_from(file).ok();
-    for name in parents.split_terminator('.') {
-        place = place.and_then(|place| match name.parse::<usize>() {
-            Ok(index) => place.get(index).cloned(),
-            Err(_) => place.get(name).cloned(),
-        });
-    }
-    match place {
-        Some(toml::Value::Table(table)) => {
-            let known = table.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-            format!("one of {known}, or an optional field that docs/your-own-robot.md explains")
-        }
-        _ => "a field that robots/uarm.toml explains".to_owned(),
     }
 }
 

@@ -68,4 +68,40 @@ impl Dictionary {
     pub fn bare() -> Self {
         Self::own().without("1019").without("608F").without("6076").without("6072").without("6075").without("60C2")
     }
+
+    /// The traits of Elmo's Gold line: [`Dictionary::servo`], and no timeout of commands.
+    pub fn gold() -> Self {
+        Self::servo().without("1400sub5").with("608Fsub2", "AccessType", "rw").with("6007", "DefaultValue", "1")
+    }
+
+    /// The traits of maxon's EPOS4: no SYNC counter, resolution and polarity in no standard object, rated torque to be set, what the
+    /// drive is known only to itself, one object in each PDO, no limit per mille.
+    pub fn epos4() -> Self {
+        Self::own()
+            .without("1019")
+            .without("608F")
+            .without("6072")
+            .without("6075")
+            .without("1400sub5")
+            .with("1000", "DefaultValue", "")
+            .with("1018sub1", "DefaultValue", "")
+            .with("1600sub0", "DefaultValue", "1")
+            .with("1800sub1", "DefaultValue", "$NODEID+0x40000180")
+            .with("1800sub2", "DefaultValue", "255")
+            .with("1A00sub0", "DefaultValue", "1")
+            .with("605A", "DefaultValue", "6")
+            .with("6007", "DefaultValue", "3")
+            .with("6076", "DefaultValue", "0")
+            .with("60C2sub1", "DefaultValue", "0")
+            .with("6502", "DefaultValue", "")
+    }
+
+    /// The traits of the drives that a built-in profile is for.
+    pub fn of_profile(name: &str) -> Self {
+        match name {
+            "elmo-gold" => Self::gold(),
+            "maxon-epos4" => Self::epos4(),
+            _ => panic!("{name} has no dictionary to be tried with"),
+        }
+    }
 }

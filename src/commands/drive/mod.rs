@@ -5,6 +5,7 @@ mod confirmation;
 mod direction;
 pub(super) mod node;
 mod patient_link;
+mod profiles;
 mod reference;
 mod scan;
 mod torque_test;
@@ -26,6 +27,8 @@ enum Command {
     Scan(scan::Arguments),
     /// Judge a drive by its dictionary file or by itself: what it lacks, what helps, its entry in the robot file
     Check(check::Arguments),
+    /// List the drive profiles that a robot file can name, or print one
+    Profiles(profiles::Arguments),
     /// Tell which way a joint counts, while somebody turns it with the motor off
     Direction(direction::Arguments),
     /// Tell where the joints with incremental encoders are, in a pose that somebody confirms
@@ -42,6 +45,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     match &arguments.command {
         Command::Scan(arguments) => scan::execute(arguments),
         Command::Check(arguments) => check::execute(arguments),
+        Command::Profiles(arguments) => profiles::execute(arguments),
         Command::Direction(arguments) => direction::execute(arguments),
         Command::Reference(arguments) => reference::execute(arguments),
         Command::TorqueTest(arguments) => torque_test::execute(arguments),

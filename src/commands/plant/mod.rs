@@ -21,6 +21,7 @@ use uarm_sim::Pacing;
 use crate::commands::drive::node::node_id;
 use crate::console;
 use crate::options::{self, choice};
+use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::signals;
@@ -82,6 +83,8 @@ pub struct Arguments {
     /// Write the plant's true motion to a CSV file, a line for each SYNC
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// How plant time passes.
@@ -115,8 +118,11 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     );
     let plant = SimulatedPlant::new(&robot, arguments.plant, arguments.disturbance)?;
     let name = arguments.can.parse().with_context(|| format!("--can {}", arguments.can))?;
-    let truth = arguments.truth.as_deref().map(TruthFile::create).transpose()?;
+    let inputs = arguments.robot.iter().chain(&arguments.eds).map(PathBuf::as_path);
+    let outputs = OutputFiles::new(arguments.force, inputs);
+    outputs.check(arguments.truth.as_deref())?;
     let link = SocketCanLink::open(name, Reception::Everything)?;
+    let truth = arguments.truth.as_deref().map(|path| TruthFile::create(path, &outputs)).transpose()?;
     let stop = signals::stop_request().context("signal handlers")?;
     let nodes = robot.description.nodes().map(|node| node.to_string()).join(" ");
     console::tell(format_args!(

@@ -9,6 +9,7 @@ use anyhow::Context;
 use uarm_sim::Brake;
 
 use super::bench::Truth;
+use crate::output_files::OutputFiles;
 
 /// The columns. `run` counts the runs of the plant from 1: each NMT reset of all drives ends one. `brake` is 1 while it holds.
 const HEADER: &str = "run,time_s,position_1_rad,position_2_rad,position_3_rad,\
@@ -24,12 +25,12 @@ pub struct TruthFile {
 }
 
 impl TruthFile {
-    /// Begins a file; one of that name is replaced.
+    /// Begins a file.
     ///
     /// # Errors
-    /// If it cannot be written.
-    pub fn create(path: &Path) -> anyhow::Result<Self> {
-        let file = File::create(path).with_context(|| path.display().to_string())?;
+    /// If it cannot be written, or may not be replaced.
+    pub fn create(path: &Path, outputs: &OutputFiles) -> anyhow::Result<Self> {
+        let file = outputs.create(path)?;
         let mut truth = Self { path: path.to_owned(), file: BufWriter::new(file), run: 0, last: None };
         truth.line(HEADER)?;
         Ok(truth)

@@ -56,6 +56,7 @@ impl Session {
                 most.to_degrees()
             ));
         }
+        lines.extend(robot.profiles.iter().map(|profile| format!("  {profile}")));
         lines.extend(reasons(robot));
         let period = description.period.duration();
         let bus = description.bus.time;

@@ -52,11 +52,24 @@ impl Candidate {
 
     /// What the master would want of the drive, and of all of them.
     pub fn wishes(&self) -> anyhow::Result<(DriveConfiguration, NetworkConfiguration<JOINTS>)> {
-        let text = toml::to_string(&self.robot)?;
-        let robot = Robot::parse(&self.file, &text, &Overrides::default())?;
+        let robot = self.parsed()?;
         let network = robot.description.network_configuration()?;
         let drive = network.drives().get(self.joint).cloned().context("the joint")?;
         Ok((drive, network))
+    }
+
+    fn parsed(&self) -> anyhow::Result<Robot> {
+        Ok(Robot::parse(&self.file, &toml::to_string(&self.robot)?, &Overrides::default())?)
+    }
+
+    /// What is to be said of the joint's drive profile, if it has one.
+    ///
+    /// # Errors
+    /// If the entry has become one that is refused.
+    pub fn profile(&self) -> anyhow::Result<Option<String>> {
+        let robot = self.parsed()?;
+        let name = &robot.description.joints[self.joint].name;
+        Ok(robot.profiles.iter().find(|used| used.joint == *name).map(ToString::to_string))
     }
 
     /// The node of the drive.

@@ -17,6 +17,9 @@ pub struct Report {
     node: u8,
     verdict: &'static str,
     rows: Vec<ReportRow>,
+    /// The joint's drive profile, and from what it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    profile: Option<String>,
     /// The entry of `[[joints]]`; none for a drive that cannot work.
     joint: Option<String>,
 }
@@ -48,6 +51,7 @@ impl Report {
             drive,
             node: candidate.node()?.raw(),
             verdict,
+            profile: candidate.profile()?,
             rows: judgement.rows.iter().map(ReportRow::new).collect(),
             joint: candidate.joint().filter(|_| is_usable).map(joint_text),
         })
@@ -82,6 +86,9 @@ impl ReportRow {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}, as node {}\n", self.drive, self.node)?;
+        if let Some(profile) = &self.profile {
+            writeln!(f, "{profile}\n")?;
+        }
         for row in &self.rows {
             writeln!(f, "{:4}  {} ({})", row.verdict, row.question, row.objects)?;
             writeln!(f, "      {}: found {}; wanted {}", row.object, row.found, row.wanted)?;
