@@ -272,10 +272,11 @@ pub fn emulate_bought<P: Plant + Clone>(
     pacing: Pacing,
     bought: &[BoughtDrive<'_>; JOINTS],
 ) -> anyhow::Result<Box<EmulatedRobot<P, MAKERS_OBJECTS>>> {
-    let [first, second, third] = &robot.description.joints;
-    let [a, b, c] = bought;
+    let joints = &robot.description.joints;
+    let ([first, second, third], [a, b, c]) = (joints, bought);
     let drives = [bought_drive(first, a)?, bought_drive(second, b)?, bought_drive(third, c)?];
-    Ok(Box::new(EmulatedRobot::with_drives(plant, drives, pacing)?))
+    let emulated = EmulatedRobot::with_drives(plant, drives, pacing)?;
+    Ok(Box::new(emulated.with_torque_delays(joints.each_ref().map(|joint| joint.torque_delay))?))
 }
 
 fn bought_drive(joint: &Joint, bought: &BoughtDrive<'_>) -> anyhow::Result<EmulatedDrive<MAKERS_OBJECTS>> {

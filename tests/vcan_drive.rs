@@ -103,25 +103,18 @@ fn the_direction_of_a_joint_that_nobody_turns_is_not_told() {
     assert!(seen.len() > 20 && only_reads(&seen), "{seen:02X?}");
 }
 
-/// The controller's robot file: joint 2 is incremental, and 6075h of its drive, volatile and used by nobody, is the marker.
+/// The robot file of both, controller and plant: joint 2 is incremental, and 6075h of its drive, volatile and used by nobody, is the marker.
 const INCREMENTAL: (&str, &str) = (
     "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0",
     "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0, \
      reference = \"incremental\", power_marker = { index = 0x6075, subindex = 0, type = \"u32\", value = 77 }",
 );
-/// The plant's: joint 2's counter happens to show 5000 at angle zero.
-const SOMEWHERE: (&str, &str) = (
-    "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0",
-    "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 5000",
-);
-
 #[test]
 fn an_incremental_robot_runs_with_a_reference_only_and_not_after_its_power_was_lost() {
     let workshop = Workshop::new("reference");
     let bus = Bus::open();
-    workshop.write_robot(&[SOMEWHERE]);
-    let robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
     workshop.write_robot(&[INCREMENTAL]);
+    let robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
     let refused = |reason: &str| {
         let output = controller(&workshop, &["--log", "none"]).output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{}", describe(&output));
@@ -136,7 +129,9 @@ fn an_incremental_robot_runs_with_a_reference_only_and_not_after_its_power_was_l
     let set =
         ["reference", "--robot", robot_file.to_str().unwrap(), "--can", INTERFACE, "--angles", "0,20,20", "--yes"];
     let stored = json(&drive(&workshop, &[set.as_slice(), &["--json"]].concat()));
-    assert_eq!(stored["references"]["joints"][0]["zero_counts"], 5000);
+    // The counter began at zero where the joint stands, at 20 of 360 degrees, of 33739 counts: 1874.4.
+    assert_eq!(stored["references"]["joints"][0]["position_counts"], 0);
+    assert_eq!(stored["references"]["joints"][0]["zero_counts"], -1874);
     assert_eq!(stored["references"]["joints"][0]["serial"], 2);
     // Twice: the run's own reset of the communication is no loss of power.
     for _ in 0..2 {
@@ -145,10 +140,47 @@ fn an_incremental_robot_runs_with_a_reference_only_and_not_after_its_power_was_l
     }
 
     drop(robot);
-    workshop.write_robot(&[SOMEWHERE]);
     let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
-    workshop.write_robot(&[INCREMENTAL]);
     refused("has lost its power");
+}
+
+/// What is wanted of joint 2's drive is not what the emulated drive has.
+const OTHER_RESOLUTION: (&str, &str) =
+    ("node = 2\nencoder = { counts_per_revolution = 33739,", "node = 2\nencoder = { counts_per_revolution = 8192,");
+
+/// From the drive itself: as a dictionary is judged, read and not written to.
+#[test]
+fn a_drive_on_the_bus_is_judged_and_only_read() {
+    let workshop = Workshop::new("check");
+    let bus = Bus::open();
+    let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
+    let check = |node: &str, robot_file: &std::path::Path, more: &[&str]| {
+        let arguments = ["drive", "check", "--can", INTERFACE, "--node", node, "--robot"];
+        let output = workshop.command().args(arguments).arg(robot_file).args(more).output().unwrap();
+        (output.status.code(), output)
+    };
+    bus.drain();
+    let (code, works) = check("2", &workshop.robot(), &["--json"]);
+    assert_eq!(code, Some(0), "{}", describe(&works));
+    let seen = bus.drain();
+    assert!(seen.len() > 20 && only_reads(&seen), "{seen:02X?}");
+    let found = json(&works);
+    assert_eq!((&found["node"], &found["verdict"]), (&Value::from(2), &Value::from("works")));
+    assert!(found["rows"].as_array().unwrap().iter().all(|row| row["verdict"] != "no"), "{found:#}");
+
+    let other = workshop.write_robot_as("other.toml", &[OTHER_RESOLUTION]);
+    let (code, works_with) = check("2", &other, &["--json"]);
+    assert_eq!(code, Some(3), "{}", describe(&works_with));
+    let found = json(&works_with);
+    let joint = found["joint"].as_str().unwrap();
+    assert!(joint.contains("counts_per_revolution = 33739"), "{joint}");
+    let (_, printed) = check("2", &other, &[]);
+    assert!(describe(&printed).contains(joint), "the entry is printed as TOML too: {}", describe(&printed));
+
+    // The drive of node 2 is asked for by node 9: nobody answers.
+    let (code, silent) = check("9", &workshop.write_robot_as("nine.toml", &[("node = 2\n", "node = 9\n")]), &[]);
+    assert_eq!(code, Some(1), "{}", describe(&silent));
+    assert!(describe(&silent).contains("node 9 did not answer"), "{}", describe(&silent));
 }
 
 #[test]

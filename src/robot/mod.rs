@@ -6,6 +6,7 @@
 //! | [`error`] | what is wrong with it |
 //! | [`fuzzy_sets`] | files of trained fuzzy sets |
 //! | [`overrides`] | what a command line changes of it |
+//! | `reading` | TOML into a type, and the fields that it does not know |
 //! | `task` | the motion |
 //! | [`demand`] | what the motion asks of the joints, and whether they have it |
 //! | `joint` | encoders, gears, torque scales and limits |
@@ -28,13 +29,13 @@ mod known_fields;
 pub mod overrides;
 pub mod profile;
 mod protocol;
+mod reading;
 mod task;
 
 use std::path::Path;
 
 use dem_model::{DemBase, DemLink, PlanarSpaceManipulator, SpaceLink, SpacecraftBody, ThreeLinkDem};
 use hinf_control::{AdaptationGuard, AnyController, BuildContext, BuildError, FuzzySets, Law, QuinticReference};
-use serde::de::DeserializeOwned;
 use uarm_io::time::Duration;
 use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
@@ -47,6 +48,7 @@ use error::{Checker, RobotError};
 use file::RobotFile;
 use overrides::Overrides;
 use profile::UsedProfile;
+use reading::read;
 
 /// The name under which the built-in robot file appears in messages.
 pub const BUILT_IN_NAME: &str = "robots/uarm.toml (built in)";
@@ -206,15 +208,6 @@ impl Robot {
         };
         self.file.controllers.build(law, &context)
     }
-}
-
-/// A file as written, and the fields in it that are not known.
-fn read<T: DeserializeOwned>(name: &Path, text: &str) -> Result<(T, Vec<String>), RobotError> {
-    let syntax = |source| RobotError::Syntax { file: name.to_owned(), source: Box::new(source) };
-    let mut unknown = Vec::new();
-    let deserializer = toml::Deserializer::parse(text).map_err(syntax)?;
-    let file = serde_ignored::deserialize(deserializer, |path| unknown.push(path.to_string())).map_err(syntax)?;
-    Ok((file, unknown))
 }
 
 /// The first list in `text` with more values than `file` took of it: its field, and how many it has and may have.

@@ -11,6 +11,7 @@ use super::error::{Checker, RobotError};
 use super::file::{
     Encoder, Identity, Joint, ObjectType, ObjectWrite, Pdo, ResolutionObject, RobotFile, TargetTorqueOf, Watchdog, When,
 };
+use super::reading::read;
 use crate::text_file;
 
 /// The version of the format.
@@ -142,7 +143,7 @@ impl Profile {
     /// [`RobotError`] names file, field, value and expectation.
     pub fn parse(name: &Path, text: &str) -> Result<Self, RobotError> {
         let check = Checker::new(name);
-        let (profile, unknown): (Self, _) = super::read(name, text)?;
+        let (profile, unknown): (Self, _) = read(name, text)?;
         if let Some(field) = unknown.first() {
             let expected = "a field of a drive profile, as docs/your-own-robot.md lists them";
             return Err(check.refuse(field, "unknown field", expected));

@@ -35,8 +35,8 @@ fn scratch(document: &Document, folder: &Path) -> PathBuf {
     // Of an earlier test run; a log is never overwritten.
     let _ = std::fs::remove_dir_all(&scratch);
     std::fs::create_dir_all(scratch.join("robots")).unwrap();
-    for robot in std::fs::read_dir(root().join("robots")).unwrap() {
-        let path = robot.unwrap().path();
+    let entries = std::fs::read_dir(root().join("robots")).unwrap();
+    for path in entries.map(|entry| entry.unwrap().path()).filter(|path| path.is_file()) {
         std::fs::copy(&path, scratch.join("robots").join(path.file_name().unwrap())).unwrap();
     }
     scratch

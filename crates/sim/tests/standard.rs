@@ -8,7 +8,7 @@ use uarm_io::drive::cia402::{Command, PowerState};
 use uarm_io::drive::wire::{self, Channel};
 use uarm_io::drive::{Address, DataType, NmtCommand, NmtState, Value};
 use uarm_io::frame::Frame;
-use uarm_sim::drive::{DictionaryError, DriveObject, Mappable};
+use uarm_sim::drive::{CounterAtPowerUp, DictionaryError, DriveFault, DriveObject, Mappable};
 use uarm_sim::{DemPlant, DriveDictionary, EmulatedDrive, EmulatedRobot, InProcessLink, Joint, PowerUp, VirtualClock};
 
 type Robot = Master<InProcessLink<EmulatedRobot<DemPlant>, VirtualClock>>;
@@ -193,6 +193,31 @@ fn a_drive_may_start_with_an_emergency_or_in_fault() {
     master.nmt(NmtCommand::ResetNode);
     assert_eq!(emergencies(&master.received()), [0x8140], "the fault was that of the first start");
     assert_eq!(master.link.robot().drive(Joint::Two).power_state(), PowerState::SwitchOnDisabled);
+}
+
+/// The joint stands still: an absolute encoder shows its angle, an incremental one zero since it has power, and what it turned.
+#[test]
+fn an_incremental_counter_begins_at_zero_with_each_power_up() {
+    let incremental = PowerUp { counter: CounterAtPowerUp::Zero, ..PowerUp::default() };
+    let drive = drives()[1];
+    let shown = |master: &mut Robot| {
+        let [.., a, b, c, d] = request(master, [0x40, 0x64, 0x60, 0, 0, 0, 0, 0]);
+        i32::from_le_bytes([a, b, c, d])
+    };
+    let mut master = with_second(EmulatedDrive::new(drive));
+    assert_ne!(shown(&mut master), 0);
+    let mut master = with_second(EmulatedDrive::new(drive.with_power_up(incremental)));
+    assert_eq!(shown(&mut master), 0);
+    master.link.inject(Joint::Two, DriveFault::EncoderJump { counts: -7 });
+    assert_eq!(shown(&mut master), -7);
+    master.nmt(NmtCommand::ResetCommunication);
+    assert_eq!(shown(&mut master), -7, "a reset of the communication keeps it");
+    master.nmt(NmtCommand::ResetNode);
+    assert_eq!(shown(&mut master), 0);
+    master.link.inject(Joint::Two, DriveFault::EncoderJump { counts: 9 });
+    master.link.inject(Joint::Two, DriveFault::PowerLost);
+    master.link.repair(Joint::Two);
+    assert_eq!(shown(&mut master), 0);
 }
 
 #[test]

@@ -6,6 +6,7 @@ use anyhow::{Context, bail};
 use uarm_eds::Dictionary;
 use uarm_io::drive::NodeId;
 use uarm_sim::PowerUp;
+use uarm_sim::drive::CounterAtPowerUp;
 
 use super::power_up::StartOf;
 use crate::dimensions::JOINTS;
@@ -43,6 +44,17 @@ impl Bought {
             bought.starts[joint(start.node.raw())?] = start.power_up;
         }
         Ok(bought)
+    }
+
+    /// The same, where the drives of some joints, by index, count from zero after each power-up.
+    #[must_use]
+    pub fn counting_from_zero(mut self, joints: &[usize]) -> Self {
+        for (index, start) in self.starts.iter_mut().enumerate() {
+            if joints.contains(&index) {
+                start.counter = CounterAtPowerUp::Zero;
+            }
+        }
+        self
     }
 
     /// True if all drives are the emulation's own, as they are by default.

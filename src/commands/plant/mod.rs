@@ -22,6 +22,7 @@ use crate::commands::drive::node::node_id;
 use crate::console;
 use crate::options::{self, choice};
 use crate::output_files::{Force, OutputFiles};
+use crate::reference::incremental_joints;
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::signals;
@@ -43,6 +44,8 @@ Examples:
   uarm plant --can vcan0 --robot my-robot.toml --eds drive.eds --node 2 --eds drive.eds --node 3
   uarm plant --can vcan0 --fault 2@1.5s:over-temperature --truth truth.csv
 
+A joint whose encoder.reference is incremental counts from zero after each power-up of its drive: the whole path from power-up over
+`uarm drive reference` to the run and the loss of power can be rehearsed.
 The drives listen when the line `ready: nodes 1 2 3 on vcan0` has come on standard output.
 Faults: power-lost, bus-disconnected, encoder-jump=COUNTS, encoder-stuck, over-temperature, brake-stuck-engaged,
 brake-stuck-released, motor-disconnected; repair takes all of a drive away. Times are of the plant, from the first SYNC with all
@@ -110,11 +113,12 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     };
     let schedule = schedule(&arguments.fault)?;
     let bought = Bought::read(&arguments.eds, &arguments.node, &arguments.start, &robot.description.nodes())?;
+    let bought = bought.counting_from_zero(&incremental_joints(&robot));
     let is_bench = !bought.is_none() || !arguments.fault.is_empty() || arguments.truth.is_some();
     let is_canopen = matches!(robot.description.bus.protocol, Protocol::Canopen);
     anyhow::ensure!(
         is_canopen || !is_bench,
-        "--eds, --start, --fault and --truth: only with bus.protocol = \"canopen\""
+        "--eds, --start, --fault, --truth and incremental encoders: only with bus.protocol = \"canopen\""
     );
     let plant = SimulatedPlant::new(&robot, arguments.plant, arguments.disturbance)?;
     let name = arguments.can.parse().with_context(|| format!("--can {}", arguments.can))?;

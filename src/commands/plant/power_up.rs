@@ -50,7 +50,12 @@ mod tests {
     fn a_start_has_time_and_codes() {
         let start: StartOf = "3:boot-time=0.7s,emergency=8140,fault=3220".parse().unwrap();
         assert_eq!(start.node.raw(), 3);
-        let expected = PowerUp { boot_time: Duration::from_millis(700), emergency: Some(0x8140), fault: Some(0x3220) };
+        let expected = PowerUp {
+            boot_time: Duration::from_millis(700),
+            emergency: Some(0x8140),
+            fault: Some(0x3220),
+            ..PowerUp::default()
+        };
         assert_eq!(start.power_up, expected);
         for text in ["3", "3:", "3:slow=1", "3:fault=0", "3:fault=xyz", "0:fault=3220", "3:boot-time=7"] {
             assert!(text.parse::<StartOf>().is_err(), "{text}");

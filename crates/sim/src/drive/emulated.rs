@@ -5,9 +5,9 @@ use super::faults::{DriveFault, Faults};
 use super::memory::Errors;
 use super::numbers::number_of;
 use super::objects::{DictionaryError, DriveDictionary};
-use super::parameters::DriveParameters;
+use super::parameters::{CounterAtPowerUp, DriveParameters};
 use super::power::error;
-use super::state::{EmulatedDrive, Reaction};
+use super::state::{Counter, EmulatedDrive, Reaction};
 use super::timers::{Ticker, Watchdog};
 use crate::outbox::Outbox;
 use crate::plant::Brake;
@@ -58,6 +58,7 @@ impl<const N: usize> EmulatedDrive<N> {
             boots_at: None,
             had_first_fault: false,
             faults: Faults::default(),
+            counter: Counter::Since(0),
             report_due: false,
         };
         drive.node.configure_pdos_from_od();
@@ -108,7 +109,15 @@ impl<const N: usize> EmulatedDrive<N> {
     /// Boots: boot-up message, then *Pre-operational* and *Switch on disabled*.
     pub fn power_on(&mut self, now: Instant, outbox: &mut Outbox) {
         self.power = PowerState::SwitchOnDisabled;
+        self.begin_to_count();
         self.begin_to_boot(now, outbox);
+    }
+
+    /// Forgets where the joint is, if the encoder is one that does.
+    pub(super) fn begin_to_count(&mut self) {
+        if self.parameters.power_up().counter == CounterAtPowerUp::Zero {
+            self.counter = Counter::Beginning;
+        }
     }
 
     /// Brings a fault about.
@@ -141,7 +150,13 @@ impl<const N: usize> EmulatedDrive<N> {
         if !self.faults.encoder_stuck {
             let motor = angle * self.parameters.transmission().ratio().factor();
             let counts = self.parameters.encoder().counts(motor).wrapping_add(self.faults.encoder_offset);
-            self.set_number(od::POSITION_ACTUAL.address(), counts.into());
+            let origin = match self.counter {
+                Counter::Beginning => counts,
+                Counter::Since(origin) => origin,
+            };
+            self.counter = Counter::Since(origin);
+            let shown = self.parameters.encoder().wrapped(counts.wrapping_sub(origin));
+            self.set_number(od::POSITION_ACTUAL.address(), shown.into());
         }
     }
 

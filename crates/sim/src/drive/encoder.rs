@@ -74,6 +74,11 @@ impl Encoder {
         };
         sign_extended(counted.wrapping_add(i64::from(self.description.zero_offset)), self.description.counter_bits)
     }
+
+    /// `counts` as a counter of this width shows them.
+    pub(super) fn wrapped(&self, counts: i32) -> i32 {
+        sign_extended(counts.into(), self.description.counter_bits)
+    }
 }
 
 /// A whole number as an integer; saturates, zero for what is not a number.

@@ -40,6 +40,6 @@ pub use dictionary::{CAPACITY, DictionaryEntry, Mappable, OBJECTS};
 pub use encoder::{Encoder, EncoderDescription, EncoderError};
 pub use faults::DriveFault;
 pub use objects::{DictionaryError, DriveDictionary, DriveObject};
-pub use parameters::{DriveDescription, DriveError, DriveParameters, PowerUp};
+pub use parameters::{CounterAtPowerUp, DriveDescription, DriveError, DriveParameters, PowerUp};
 pub use state::EmulatedDrive;
 pub(crate) use state::Reaction;

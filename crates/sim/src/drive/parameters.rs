@@ -38,6 +38,19 @@ pub struct PowerUp {
     pub emergency: Option<u16>,
     /// The code of a fault that it has when it is first switched on; a fault reset clears it.
     pub fault: Option<u16>,
+    /// What its counter shows when it has booted.
+    pub counter: CounterAtPowerUp,
+}
+
+/// What a drive's position counter shows when it has booted from its supply or an NMT reset of the node. A reset of the
+/// communication leaves the counter alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CounterAtPowerUp {
+    /// The joint's angle, as an absolute encoder does.
+    #[default]
+    Angle,
+    /// Zero, wherever the joint is, as an incremental encoder does.
+    Zero,
 }
 
 /// Why a drive is refused.

@@ -50,6 +50,8 @@ impl<const N: usize> EmulatedDrive<N> {
                     let _ = fresh.set(address, entry.value);
                 }
             }
+        } else {
+            self.begin_to_count();
         }
         let state = match self.power {
             PowerState::Fault if keeps_application => PowerState::Fault,

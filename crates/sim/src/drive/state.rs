@@ -26,6 +26,15 @@ pub(crate) enum Reaction {
     Reset,
 }
 
+/// What a counter has of the angle of its joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Counter {
+    /// It begins at zero at the next reading.
+    Beginning,
+    /// It shows so many counts less than the angle is.
+    Since(i32),
+}
+
 /// A CiA 402 drive with motor, encoder and holding brake: the slave that `uarm_io`'s master runs.
 ///
 /// The brake is open in *Operation enabled* and closed in every other state. Target torque acts in cyclic synchronous torque
@@ -58,6 +67,8 @@ pub struct EmulatedDrive<const N: usize = CAPACITY> {
     /// The fault with which it starts was reported.
     pub(super) had_first_fault: bool,
     pub(super) faults: Faults,
+    /// What its counter does not count.
+    pub(super) counter: Counter,
     /// An injected fault that is yet to be reported.
     pub(super) report_due: bool,
 }

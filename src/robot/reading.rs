@@ -1,0 +1,19 @@
+//! TOML into a type, and the fields in it that the type does not know.
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+
+use super::error::RobotError;
+
+/// A file as written, and the fields in it that are not known; `name` is what messages call the file.
+///
+/// # Errors
+/// [`RobotError::Syntax`] if it is no TOML, or a field is missing or of another type.
+pub fn read<T: DeserializeOwned>(name: &Path, text: &str) -> Result<(T, Vec<String>), RobotError> {
+    let syntax = |source| RobotError::Syntax { file: name.to_owned(), source: Box::new(source) };
+    let mut unknown = Vec::new();
+    let deserializer = toml::Deserializer::parse(text).map_err(syntax)?;
+    let file = serde_ignored::deserialize(deserializer, |path| unknown.push(path.to_string())).map_err(syntax)?;
+    Ok((file, unknown))
+}
