@@ -7,12 +7,12 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use hinf_control::Disturbance;
 use uarm::commands::compare::experiments::experiment;
 use uarm::commands::compare::monte_carlo::{self, MonteCarloSettings};
-use uarm::commands::compare::spread::Spread;
-use uarm::commands::compare::start::StartVariation;
 use uarm::commands::compare::variant::{ControllerVariant, VariantRobot};
 use uarm::robot::overrides::Overrides;
 use uarm::simulated_robot::PlantChoice;
 use uarm::simulated_robot::SimulatedPlant;
+use uarm::study::spread::Spread;
+use uarm::study::start::StartVariation;
 
 /// `uarm run --virtual-time`, with 0.5 s of hold, for each of the paper's controllers.
 fn virtual_time(criterion: &mut Criterion) {

@@ -5,9 +5,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::commands;
-
-/// What `uarm --version` prints behind the name.
-pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("UARM_COMMIT"), ")");
+use crate::version::VERSION;
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 ok, 1 failure, 2 wrong usage, 3 finished with a loss (deadlines missed, records dropped, a damaged log).
@@ -50,6 +48,8 @@ pub enum Command {
     Stability(commands::stability::Arguments),
     /// Look at this machine's real-time and CAN preconditions, and measure how late it wakes up
     Doctor(commands::doctor::Arguments),
+    /// Draw faults by the thousand, and check that each run answers its own as it must
+    Campaign(Box<commands::campaign::Arguments>),
     /// Explain a fault that ended a run: causes, what the log shows, what to do
     Explain(commands::explain::Arguments),
     /// Draw the paper's figures from simulated experiments, as SVG and PNG
@@ -78,6 +78,7 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
         Command::Filters(arguments) => commands::filters::execute(arguments),
         Command::Stability(arguments) => commands::stability::execute(arguments),
         Command::Doctor(arguments) => commands::doctor::execute(arguments),
+        Command::Campaign(arguments) => commands::campaign::execute(arguments),
         Command::Explain(arguments) => commands::explain::execute(arguments),
         Command::Figures(arguments) => commands::figures::execute(arguments),
         Command::Train(arguments) => commands::train::execute(arguments),

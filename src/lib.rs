@@ -8,10 +8,13 @@
 //! | [`drives`] | which master drives the robot: CANopen or ODrive |
 //! | [`mod@reference`] | where the joints with incremental encoders are, and whether that still holds |
 //! | [`simulated_robot`], [`simulation`] | a plant behind emulated drives; a run on it in virtual time |
+//! | [`campaign`] | faults drawn by the thousand |
+//! | [`study`] | many experiments on drawn robots |
 //! | [`stability`] | is the loop of a robot file stable with the delay of its drives? |
 //! | [`report`], [`inspection`], [`figures`] | what runs and logs tell: for people, in terminals, as figures |
 //! | [`log_files`], [`signals`], [`options`] | where logs go; signals that end a run; choices on command lines |
 //! | [`console`], [`output_files`] | standard output and error; files that commands write |
+//! | [`version`] | which version this is |
 //! | [`text_file`] | text files that people write, read in bounded memory |
 //! | [`exit`], [`error_text`] | exit codes; errors in words |
 //! | [`bus_observation`] | what is heard on a bus by somebody who sends nothing |
@@ -23,6 +26,7 @@
 #![forbid(unsafe_code)]
 
 pub mod bus_observation;
+pub mod campaign;
 pub mod cli;
 pub mod commands;
 pub mod console;
@@ -44,4 +48,6 @@ pub mod signals;
 pub mod simulated_robot;
 pub mod simulation;
 pub mod stability;
+pub mod study;
 pub mod text_file;
+pub mod version;

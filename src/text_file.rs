@@ -12,12 +12,20 @@ pub const MOST_BYTES: usize = 1024 * 1024;
 /// # Errors
 /// If it cannot be read, has more than [`MOST_BYTES`], or is no text.
 pub fn read(path: &Path) -> io::Result<String> {
+    read_up_to(path, MOST_BYTES)
+}
+
+/// Reads a text file of at most `most_bytes`.
+///
+/// # Errors
+/// If it cannot be read, has more, or is no text.
+pub fn read_up_to(path: &Path, most_bytes: usize) -> io::Result<String> {
     let mut bytes = Vec::new();
-    let limit = u64::try_from(MOST_BYTES).unwrap_or(u64::MAX).saturating_add(1);
+    let limit = u64::try_from(most_bytes).unwrap_or(u64::MAX).saturating_add(1);
     File::open(path)?.take(limit).read_to_end(&mut bytes)?;
     let invalid = |message: String| io::Error::new(io::ErrorKind::InvalidData, message);
-    if bytes.len() > MOST_BYTES {
-        return Err(invalid(format!("it has more than {MOST_BYTES} bytes, expected a text file")));
+    if bytes.len() > most_bytes {
+        return Err(invalid(format!("it has more than {most_bytes} bytes, expected a text file")));
     }
     String::from_utf8(bytes).map_err(|error| {
         invalid(format!("byte {} is not UTF-8, expected a text file", error.utf8_error().valid_up_to() + 1))

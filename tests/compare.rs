@@ -8,15 +8,16 @@ use std::time::Duration;
 
 use serde_json::Value;
 use uarm::commands::compare::comparison::{self, Comparison, ComparisonSettings};
-use uarm::commands::compare::experiments::{all_cores, experiment};
+use uarm::commands::compare::experiments::experiment;
 use uarm::commands::compare::monte_carlo::{self, MonteCarloSettings};
-use uarm::commands::compare::spread::Spread;
-use uarm::commands::compare::start::StartVariation;
 use uarm::commands::compare::variant::{ControllerVariant, VariantRobot};
 use uarm::robot::overrides::Overrides;
 use uarm::simulated_robot::PlantChoice;
 use uarm::simulated_robot::SimulatedPlant;
 use uarm::simulation::SimulatedEnd;
+use uarm::study::parallel::all_cores;
+use uarm::study::spread::Spread;
+use uarm::study::start::StartVariation;
 
 use hinf_control::Disturbance;
 use support::{scratch, standard_output, uarm};

@@ -1,5 +1,6 @@
 //! The subcommands, a file or folder each, with `Arguments` and `execute`. What two of them share stands above this folder.
 
+pub mod campaign;
 pub mod check;
 pub mod compare;
 pub mod completions;

@@ -8,8 +8,7 @@ use hinf_control::Disturbance;
 use serde::Serialize;
 
 use super::caveat::caveat;
-use super::experiments::{experiment as run_experiment, in_parallel};
-use super::start::StartVariation;
+use super::experiments::experiment as run_experiment;
 use super::statistics::Summary;
 use super::variant::{ControllerVariant, Origin, VariantRobot};
 use crate::dimensions::Outcome;
@@ -18,6 +17,8 @@ use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
 use crate::simulation::SimulatedEnd;
+use crate::study::parallel::in_parallel;
+use crate::study::start::StartVariation;
 use uarm_loop::outcome::Indices;
 
 /// What is compared, and how.

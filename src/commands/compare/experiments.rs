@@ -1,24 +1,11 @@
-//! Experiments in virtual time: one, and many on all cores.
-//!
-//! Each is the one that `uarm run --virtual-time` runs: the same loop, the same emulated drives.
+//! One experiment in virtual time: the one that `uarm run --virtual-time` runs, the same loop, the same emulated drives.
 
-use std::num::NonZeroUsize;
-use std::thread;
-
-use anyhow::Context;
-use rayon::ThreadPoolBuilder;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use uarm_loop::record::NoRecorder;
 use uarm_loop::settings::Settings;
 
 use super::variant::VariantRobot;
 use crate::simulated_robot::SimulatedPlant;
 use crate::simulation::{SimulatedEnd, simulate};
-
-/// As many threads as the machine runs at once.
-pub fn all_cores() -> NonZeroUsize {
-    thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
-}
 
 /// Runs one experiment with a controller variant on `plant`, which brings its disturbance along.
 ///
@@ -27,55 +14,4 @@ pub fn all_cores() -> NonZeroUsize {
 pub fn experiment(variant: &VariantRobot, plant: SimulatedPlant) -> anyhow::Result<SimulatedEnd> {
     let settings = Settings::paper(variant.variant.law());
     simulate(&variant.robot, &settings, plant, NoRecorder).map(|(end, NoRecorder)| end)
-}
-
-/// `work(0), …, work(count − 1)`, done on `threads` threads. `done` is called after each, on any of them.
-///
-/// # Errors
-/// One of those that `work` returned; what has not begun is left out then.
-pub fn in_parallel<T: Send>(
-    count: usize,
-    threads: NonZeroUsize,
-    work: impl Fn(usize) -> anyhow::Result<T> + Sync,
-    done: impl Fn() + Sync,
-) -> anyhow::Result<Vec<T>> {
-    let pool = ThreadPoolBuilder::new().num_threads(threads.get()).build().context("threads")?;
-    let one = |index| {
-        let result = work(index)?;
-        done();
-        Ok(result)
-    };
-    pool.install(|| (0..count).into_par_iter().map(one).collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::sync::atomic::{AtomicUsize, Ordering};
-
-    #[test]
-    fn results_are_in_order_on_any_number_of_threads() {
-        for threads in [1, 2, 7] {
-            let finished = AtomicUsize::new(0);
-            let count = || {
-                finished.fetch_add(1, Ordering::Relaxed);
-            };
-            let threads = NonZeroUsize::new(threads).unwrap();
-            let squares = in_parallel(100, threads, |index| Ok(index * index), count).unwrap();
-            assert_eq!(squares, (0..100).map(|index| index * index).collect::<Vec<_>>());
-            assert_eq!(finished.into_inner(), 100);
-        }
-        assert!(in_parallel(0, NonZeroUsize::MIN, |_| Ok(()), || ()).unwrap().is_empty());
-    }
-
-    #[test]
-    fn an_error_ends_the_work() {
-        let begun = AtomicUsize::new(0);
-        let work = |index| {
-            begun.fetch_add(1, Ordering::Relaxed);
-            if index == 3 { Err(anyhow::anyhow!("three")) } else { Ok(()) }
-        };
-        assert_eq!(in_parallel(1000, NonZeroUsize::MIN, work, || ()).unwrap_err().to_string(), "three");
-        assert!(begun.into_inner() < 1000);
-    }
 }

@@ -5,21 +5,15 @@ pub mod comparison;
 mod csv;
 pub mod experiments;
 pub mod monte_carlo;
-mod random;
-pub mod spread;
-pub mod start;
 mod statistics;
 mod table;
 pub mod variant;
 
-use std::io::{self, IsTerminal};
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use indicatif::{ProgressBar, ProgressStyle};
-
 use hinf_control::Disturbance;
 
 use crate::console;
@@ -27,10 +21,12 @@ use crate::exit::Exit;
 use crate::options::choice;
 use crate::output_files::{Force, OutputFiles};
 use crate::simulated_robot::PlantChoice;
+use crate::study::parallel::all_cores;
+use crate::study::progress::progress_bar;
+use crate::study::spread::Spread;
+use crate::study::start::StartVariation;
 use comparison::ComparisonSettings;
 use monte_carlo::MonteCarloSettings;
-use spread::Spread;
-use start::StartVariation;
 use variant::ControllerVariants;
 
 /// Arguments of `uarm compare`.
@@ -116,7 +112,7 @@ fn monte_carlo(arguments: &Arguments, draws: NonZeroU32, outputs: &OutputFiles) 
         spread: arguments.spread,
         variation: arguments.variation,
         seed: arguments.seed,
-        threads: arguments.threads.unwrap_or_else(experiments::all_cores),
+        threads: arguments.threads.unwrap_or_else(all_cores),
     };
     let bar = progress_bar(u64::from(draws.get()), "robots");
     let study = monte_carlo::run(&settings, || bar.inc(1));
@@ -142,7 +138,7 @@ fn compare(arguments: &Arguments, outputs: &OutputFiles) -> anyhow::Result<ExitC
         repetitions: arguments.repeat,
         variation: arguments.variation,
         seed: arguments.seed,
-        threads: arguments.threads.unwrap_or_else(experiments::all_cores),
+        threads: arguments.threads.unwrap_or_else(all_cores),
     };
     let experiments = settings.variants.len() as u64 * u64::from(settings.repetitions.get());
     let bar = progress_bar(experiments, "experiments");
@@ -163,10 +159,4 @@ fn compare(arguments: &Arguments, outputs: &OutputFiles) -> anyhow::Result<ExitC
         (false, true) => Exit::Ok,
     };
     Ok(exit.into())
-}
-
-fn progress_bar(length: u64, unit: &str) -> ProgressBar {
-    let bar = if io::stderr().is_terminal() { ProgressBar::new(length) } else { ProgressBar::hidden() };
-    let style = ProgressStyle::with_template(&format!("  {{bar:30}} {{pos}} of {{len}} {unit}, {{eta}} left"));
-    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

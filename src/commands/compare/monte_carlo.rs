@@ -10,16 +10,17 @@ use serde::Serialize;
 use uarm_sim::{IntegrationStep, UarmPlantParameters};
 
 use super::caveat::caveat;
-use super::experiments::{experiment as run_experiment, in_parallel};
-use super::random::{Stream, Subject};
-use super::spread::Spread;
-use super::start::StartVariation;
+use super::experiments::experiment as run_experiment;
 use super::statistics::Quantiles;
 use super::variant::{ControllerVariant, Origin, VariantRobot};
 use crate::error_text::with_causes;
 use crate::robot::overrides::Overrides;
 use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
 use crate::simulation::SimulatedEnd;
+use crate::study::parallel::in_parallel;
+use crate::study::random::{Stream, Subject};
+use crate::study::spread::Spread;
+use crate::study::start::StartVariation;
 use uarm_loop::outcome::Indices;
 
 /// How finely the plants are integrated. The error stays far below a count of the encoders: as a rule the loop sees the same

@@ -4,9 +4,9 @@ use std::io::{self, Write};
 
 use super::comparison::{Comparison, ControllerRow, Failure};
 use super::monte_carlo::{MonteCarlo, MonteCarloRow};
-use super::start::StartVariation;
 use super::statistics::{Quantiles, Summary};
 use super::variant::Origin;
+use crate::study::start::StartVariation;
 use uarm_loop::outcome::Indices;
 
 /// Width of the controllers' names.

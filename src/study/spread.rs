@@ -7,7 +7,7 @@ use uarm_sim::{UarmImperfections, UarmParameterError, UarmPlantParameters};
 use super::random::Stream;
 
 /// How far a parameter may be from its centre, as a share of it: from 0 to below 1, so that no inertia vanishes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread(f64);
 
 impl Spread {

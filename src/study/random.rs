@@ -9,6 +9,8 @@ pub enum Subject {
     Start,
     /// The parameters of a plant.
     Plant,
+    /// A fault, and when it happens.
+    Fault,
 }
 
 impl Subject {
@@ -16,6 +18,7 @@ impl Subject {
         match self {
             Self::Start => 1,
             Self::Plant => 2,
+            Self::Fault => 3,
         }
     }
 }
@@ -41,6 +44,12 @@ impl Stream {
     /// A number between `low` and `high`, uniformly: `low` when the two are the same.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.rand_float()
+    }
+
+    /// A whole number from 0 to below `limit`, uniformly; 0 if `limit` is.
+    pub fn below(&mut self, limit: usize) -> usize {
+        let drawn = self.0.rand_range(0..u64::try_from(limit).unwrap_or(u64::MAX).max(1));
+        usize::try_from(drawn).unwrap_or_default()
     }
 }
 

@@ -1,0 +1,94 @@
+//! `uarm campaign`: parts become the whole, a seed stands for itself, and the runs of the built-in robot are as they must be.
+
+mod support;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use support::{scratch, text};
+
+/// Seeds of the campaign in which everything must be as it must be.
+const SEEDS: &str = "60";
+
+fn uarm(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_uarm")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = scratch(&format!("campaign-{name}"));
+    // Of an earlier test run; outputs are never replaced.
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[track_caller]
+fn succeeds(folder: &Path, arguments: &[&str]) -> String {
+    let output = uarm(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn parts_run_on_any_number_of_threads_merge_to_the_bytes_of_the_whole() {
+    let folder = folder("parts");
+    let told = succeeds(&folder, &["campaign", "--seeds", "10", "--threads", "2", "--output", "whole.jsonl"]);
+    for (part, threads) in [("1/3", "1"), ("2/3", "3"), ("3/3", "1")] {
+        let name = format!("{}.jsonl", &part[..1]);
+        let arguments = ["campaign", "--seeds", "10", "--shard", part, "--threads", threads, "--output", &name];
+        succeeds(&folder, &arguments);
+    }
+    let merge = ["campaign", "merge", "3.jsonl", "1.jsonl", "2.jsonl", "--output", "merged.jsonl"];
+    assert_eq!(succeeds(&folder, &merge), told);
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    assert_eq!(read("merged.jsonl"), read("whole.jsonl"));
+
+    // One seed alone gives its line of the whole.
+    succeeds(&folder, &["campaign", "--first", "7", "--seeds", "1", "--output", "seven.jsonl"]);
+    let line = |name: &str, number| read(name).lines().nth(number).unwrap().to_owned();
+    assert!(line("seven.jsonl", 1).contains("\"seed\":7"));
+    assert_eq!(line("seven.jsonl", 1), line("whole.jsonl", 7));
+
+    let incomplete = uarm(&folder, &["campaign", "merge", "1.jsonl", "3.jsonl"]);
+    assert_eq!(incomplete.status.code(), Some(1));
+    assert!(text(&incomplete).contains("seed 2 stands in the files 0 times"), "{}", text(&incomplete));
+    let foreign = uarm(&folder, &["campaign", "merge", "1.jsonl", "seven.jsonl"]);
+    assert!(text(&foreign).contains("seven.jsonl: of "), "{}", text(&foreign));
+    let replaced = uarm(&folder, &["campaign", "--seeds", "1", "--output", "whole.jsonl"]);
+    assert!(text(&replaced).contains("--force"), "{}", text(&replaced));
+}
+
+#[test]
+fn whatever_happens_is_answered_as_it_must_be() {
+    let folder = folder("all");
+    let output = uarm(&folder, &["campaign", "--seeds", SEEDS, "--json"]);
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["failed"], serde_json::json!([]), "{}", text(&output));
+    assert_eq!(summary["trials"].to_string(), SEEDS);
+    let faults = summary["faults"].as_object().unwrap();
+    assert!(faults.len() > 15, "{:?}", faults.keys());
+}
+
+#[test]
+fn a_fault_that_the_robot_file_forbids_to_be_answered_fails_the_campaign() {
+    // Drives that report errors and a master that only records them.
+    let folder = folder("recorded");
+    let robot = uarm::robot::BUILT_IN.replacen("[bus]", "[bus]\nemergency = \"record\"", 1);
+    std::fs::write(folder.join("robot.toml"), robot).unwrap();
+    let output = uarm(&folder, &["campaign", "--robot", "robot.toml", "--seeds", "30"]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+    let told = text(&output);
+    assert!(told.contains("emergency") && told.contains(": uarm campaign --first"), "{told}");
+}
+
+#[test]
+fn what_is_no_part_or_no_robot_for_it_is_refused() {
+    let folder = folder("usage");
+    let output = uarm(&folder, &["campaign", "--shard", "4/3"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output).contains("2/8"), "{}", text(&output));
+    let odrive = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/uarm-odrive.toml");
+    let output = uarm(&folder, &["campaign", "--robot", odrive, "--seeds", "1"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output).contains("protocol"), "{}", text(&output));
+}
