@@ -239,6 +239,21 @@ fn a_master_that_stops_commanding_is_noticed_too() {
     assert_eq!(master.link.robot().brakes(), [Brake::Released, Brake::Engaged, Brake::Released]);
 }
 
+/// So the master can try this watchdog with brakes closed.
+#[test]
+fn a_master_that_stops_commanding_is_noticed_at_switched_on() {
+    let mut master = Master::with_robot(lockstep());
+    master.write(2, 0x1400, 5, Value::Unsigned16(20)).unwrap();
+    master.nmt(NmtCommand::StartRemoteNode);
+    master.command(2, Command::Shutdown, 0);
+    assert_eq!(emergencies(&master.listen(Duration::from_millis(50))), [], "without power there is nothing to watch");
+    master.command(2, Command::SwitchOn, 0);
+    assert_eq!(states(&master)[1], PowerState::SwitchedOn);
+    assert_eq!(emergencies(&master.listen(Duration::from_millis(19))), []);
+    assert_eq!(emergencies(&master.listen(Duration::from_millis(2))), [(2, 0x8250)]);
+    assert_eq!(states(&master)[1], PowerState::Fault);
+}
+
 #[test]
 fn leaving_nmt_operational_closes_the_brakes() {
     for command in [NmtCommand::StopRemoteNode, NmtCommand::EnterPreOperational, NmtCommand::ResetCommunication] {

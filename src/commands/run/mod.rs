@@ -45,7 +45,10 @@ Examples:
   uarm run --virtual-time --log run.mcap     the same in milliseconds, recorded in a file of your choice
   uarm run --controller adaptive --plant ideal
   uarm plant --can vcan0 &  uarm run --can vcan0
-  uarm run --can can0 --robot my-robot.toml  real drives: keep a hand on the emergency stop")]
+  uarm run --can can0 --robot my-robot.toml  real drives: keep a hand on the emergency stop
+
+The simulated robot has the joints and limits of the robot file, but drives of its own: those of a maker's dictionary are emulated by
+`uarm plant --eds`, for a run with --can.")]
 pub struct Arguments {
     /// The control law
     #[arg(long, default_value = Law::Nonlinear.name(), value_parser = choice::<Law>(), value_name = "LAW")]

@@ -216,7 +216,7 @@ impl<const N: usize> EmulatedDrive<N> {
         if self.master.take_expiry(now) {
             self.on_master_lost(now, outbox);
         }
-        if self.commands.take_expiry(now) && self.power == PowerState::OperationEnabled {
+        if self.commands.take_expiry(now) && self.power.has_power() {
             self.fault(error::RPDO_TIMEOUT, ErrorRegister::COMMUNICATION, now, outbox);
         }
         if self.heartbeat.take_tick(now) {

@@ -177,10 +177,12 @@ impl PdoRecord {
     }
 }
 
-/// PDOs of each direction that are looked for; drives have four to eight.
-pub const MOST_PDOS: usize = 16;
-/// PDOs of each direction that are looked for even behind a gap in their numbers.
-const LOOKED_FOR: usize = 8;
+/// PDOs of each direction that a survey can hold; drives have four to eight.
+pub const MOST_PDOS: usize = 32;
+/// PDOs up to this number are kept whether they are on or off, those beyond only if they are on.
+const ALWAYS_KEPT: u16 = 16;
+/// Behind so many numbers without a PDO no more are looked for: all 512 of both directions would take a slow drive a minute.
+const LONGEST_GAP: u32 = 8;
 
 /// The objects that are asked for, beside those of PDOs and of the robot file.
 const ASKED: &[&Object] = &[
@@ -227,8 +229,21 @@ const MOST_OBJECTS: usize = 112;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Survey {
     objects: heapless::Vec<(Address, Answered), MOST_OBJECTS>,
-    rpdos: heapless::Vec<PdoRecord, MOST_PDOS>,
-    tpdos: heapless::Vec<PdoRecord, MOST_PDOS>,
+    rpdos: Pdos,
+    tpdos: Pdos,
+    room: Room,
+}
+
+type Pdos = heapless::Vec<PdoRecord, MOST_PDOS>;
+
+/// Whether a survey could hold all PDOs that are on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Room {
+    /// It could.
+    #[default]
+    Enough,
+    /// This one, and those behind it, were not looked at.
+    Exceeded(PdoKind, PdoNumber),
 }
 
 impl Survey {
@@ -247,9 +262,10 @@ impl Survey {
         for (address, data_type) in others {
             survey.ask(source, &Object::new(address.index, address.subindex, data_type, ""))?;
         }
-        survey.rpdos = pdos(source, PdoKind::Receive)?;
-        survey.tpdos = pdos(source, PdoKind::Transmit)?;
-        Ok(survey)
+        let (rpdos, room) = pdos(source, PdoKind::Receive)?;
+        let (tpdos, room_of_tpdos) = pdos(source, PdoKind::Transmit)?;
+        let room = if room == Room::Enough { room_of_tpdos } else { room };
+        Ok(Self { rpdos, tpdos, room, ..survey })
     }
 
     fn ask<S: ObjectSource>(&mut self, source: &mut S, object: &Object) -> Result<(), S::Error> {
@@ -287,7 +303,12 @@ impl Survey {
         self.get(object).answer.number()
     }
 
-    /// The PDOs of one kind that the drive has.
+    /// Whether all PDOs that are on were looked at.
+    pub const fn room(&self) -> Room {
+        self.room
+    }
+
+    /// The PDOs of one kind that the drive has; of those beyond the sixteenth, the ones that are on.
     pub fn pdos(&self, kind: PdoKind) -> &[PdoRecord] {
         match kind {
             PdoKind::Receive => &self.rpdos,
@@ -301,17 +322,29 @@ impl Survey {
     }
 }
 
-fn pdos<S: ObjectSource>(source: &mut S, kind: PdoKind) -> Result<heapless::Vec<PdoRecord, MOST_PDOS>, S::Error> {
-    let mut found = heapless::Vec::new();
-    for (position, number) in PdoNumber::all().take(MOST_PDOS).enumerate() {
+/// All PDOs of one kind, and whether there was room for them.
+fn pdos<S: ObjectSource>(source: &mut S, kind: PdoKind) -> Result<(Pdos, Room), S::Error> {
+    let (mut found, mut gap) = (Pdos::new(), 0);
+    for number in PdoNumber::all() {
         let identifier = source.ask(&kind.identifier(number))?;
-        if identifier.answer.is_there() {
-            let _ = found.push(pdo(source, kind, number, identifier)?);
-        } else if position >= LOOKED_FOR {
-            break;
+        if !identifier.answer.is_there() {
+            gap += 1;
+            if gap == LONGEST_GAP {
+                break;
+            }
+            continue;
         }
+        gap = 0;
+        let is_off = identifier.answer.number().is_some_and(|identifier| identifier & PDO_OFF != 0);
+        if is_off && number.get() > ALWAYS_KEPT {
+            continue;
+        }
+        if found.is_full() {
+            return Ok((found, Room::Exceeded(kind, number)));
+        }
+        let _ = found.push(pdo(source, kind, number, identifier)?);
     }
-    Ok(found)
+    Ok((found, Room::Enough))
 }
 
 fn pdo<S: ObjectSource>(

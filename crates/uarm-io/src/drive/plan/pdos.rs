@@ -4,7 +4,9 @@ use super::finding::{Finding, Question, Remedy, Verdict, Wanted};
 use super::planner::{Fit, Planner, fit};
 use crate::drive::objects;
 use crate::drive::pdo_objects::{PdoKind, PdoNumber};
-use crate::drive::survey::{Access, Answer, PDO_EXTENDED, PDO_IDENTIFIER, PDO_NO_REMOTE_FRAME, PDO_OFF, PdoRecord};
+use crate::drive::survey::{
+    Access, Answer, PDO_EXTENDED, PDO_IDENTIFIER, PDO_NO_REMOTE_FRAME, PDO_OFF, PdoRecord, Room,
+};
 use crate::drive::wire;
 use crate::drive::wishes::PdoChannel;
 use canopen_rs::MappingEntry;
@@ -161,6 +163,11 @@ impl Planner<'_> {
     /// Switches off every PDO that is not used.
     pub(super) fn other_pdos(&mut self) -> Finding {
         let survey = self.survey;
+        if let Room::Exceeded(kind, number) = survey.room() {
+            return self.row(Question::OtherPdos, &kind.identifier(number), Wanted::Words("off (bit 31)")).refusing(
+                "more PDOs are on than can be looked at: switch them off with the maker's tool and store that",
+            );
+        }
         let object = PdoKind::Transmit.identifier(PdoNumber::SECOND);
         let found =
             survey.pdo(PdoKind::Transmit, PdoNumber::SECOND).map_or(Answer::Absent, |pdo| pdo.identifier.answer);

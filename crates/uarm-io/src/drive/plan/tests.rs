@@ -396,6 +396,31 @@ fn fixed_mappings_that_match_are_accepted() {
     assert_eq!(of_index(&written(&plan), &["140"]), ["1400:1 = 80000202", "1402:1 = 202"], "RPDO1 is off then");
 }
 
+/// Here TPDO22 and the last that there can be are on, behind gaps.
+#[test]
+fn pdos_of_any_number_are_switched_off() {
+    let mut dictionary = drive();
+    for number in (2..=512_u16).step_by(5) {
+        let is_on = [22, 512].contains(&number);
+        let identifier = if is_on { 0x4000_0381 } else { 0xC000_0000 };
+        dictionary = dictionary.pdo(0x1800 + number - 1, identifier, 255, &[]);
+    }
+    let plan = planned(dictionary, &wishes());
+    assert_eq!(of_index(&written(&plan), &["1815", "19FF"]), ["1815:1 = C0000381", "19FF:1 = C0000381"]);
+    assert_eq!(written(&plan).iter().filter(|text| text.ends_with("= C0000381")).count(), 2, "and no other");
+}
+
+#[test]
+fn more_pdos_that_are_on_than_can_be_looked_at_refuse_a_start() {
+    let mut dictionary = drive();
+    for number in 2..=34_u16 {
+        dictionary = dictionary.pdo(0x1400 + number - 1, 0x301, 255, &[]);
+    }
+    let plan = planned(dictionary, &wishes());
+    let refusal = *plan.refusal().unwrap();
+    assert_eq!((refusal.question, refusal.object), (Question::OtherPdos, Address::new(0x1420, 1)));
+}
+
 #[test]
 fn other_pdos_are_switched_off() {
     let dictionary = drive()
