@@ -156,15 +156,15 @@ mod tests {
             ("controller_heartbeat_ms = 10", "controller_heartbeat_ms = 11"),
             ("controller_timeout_ms = 50", "controller_timeout_ms = 60"),
             ("drive_heartbeat_ms = 50", "drive_heartbeat_ms = 70"),
-            ("drive_timeout_ms = 200", "drive_timeout_ms = 180"),
+            ("drive_timeout_ms = 200", "drive_timeout_ms = 180\nboot_timeout_ms = 4000\npower_timeout_ms = 1500"),
         ]);
         let configuration = robot.odrive_configuration(Positions::OnRequest).unwrap();
         assert_eq!(configuration.axes.map(|axis| axis.node.raw()), [1, 12, 3]);
         assert_eq!(configuration.axes.map(|axis| axis.counts_per_turn.per_revolution()), [33_739.0; 3]);
         assert_eq!(configuration.axes.map(|axis| axis.rated_torque.newton_metres()), [0.2; 3]);
         let times = configuration.times;
-        let told = [times.feed, times.watchdog, times.heartbeat, times.heartbeat_timeout];
-        assert_eq!(told, [11, 60, 70, 180].map(Duration::from_millis));
+        let told = [times.feed, times.watchdog, times.heartbeat, times.heartbeat_timeout, times.presence, times.state];
+        assert_eq!(told, [11, 60, 70, 180, 4_000, 1_500].map(Duration::from_millis));
         assert_eq!(configuration.positions, Positions::OnRequest);
     }
 

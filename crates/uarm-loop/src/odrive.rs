@@ -31,7 +31,8 @@ impl<const J: usize, const N: usize> Robot<J, N> {
             heartbeat_timeout: bus.drive_timeout,
             watchdog: bus.controller_timeout,
             feed: bus.controller_heartbeat,
-            ..OdriveTimes::usual()
+            presence: bus.timeouts.boot,
+            state: bus.timeouts.power,
         };
         Ok(OdriveConfiguration { axes, positions, times })
     }
