@@ -69,7 +69,7 @@ fn network() -> DriveNetwork<KernelFrames, 3> {
     DriveNetwork::new(KernelFrames::new(&nodes), configuration)
 }
 
-fn one_cycle(network: &mut DriveNetwork<KernelFrames, 3>) -> [i32; 3] {
+fn one_cycle(network: &mut DriveNetwork<KernelFrames, 3>) -> [Option<i32>; 3] {
     let sync_at = network.sync().expect("sent");
     let feedback = network.collect(sync_at + Duration::from_millis(1)).expect("all drives answer");
     network.send_torques(black_box([0, 71, -35])).expect("sent");

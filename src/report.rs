@@ -54,6 +54,8 @@ pub struct RunReport {
     pub base_drift_deg: Option<f64>,
     /// Cycles in which the limiter cut a torque.
     pub limited_cycles: u64,
+    /// Cycles in which the angle of some joint was predicted, since its drive sent none that could be believed.
+    pub predicted_cycles: u64,
     /// The clock that the loop ran on.
     pub clock: ClockKind,
     /// Timing of the loop.
@@ -180,6 +182,7 @@ impl RunReport {
             peak_torque_nm: has_cycles.then_some(outcome.peak_torque),
             base_drift_deg: has_cycles.then(|| outcome.base_drift.to_degrees()),
             limited_cycles: outcome.limited_cycles,
+            predicted_cycles: outcome.predicted_cycles,
             clock,
             timing,
             timing_verdict: (in_real_time && has_cycles).then(|| timing.verdict()),
@@ -216,6 +219,7 @@ impl RunReport {
             ("missed_deadlines", timing.missed_deadlines.to_string()),
             ("skipped_ticks", timing.skipped_ticks.to_string()),
             ("limited_cycles", self.limited_cycles.to_string()),
+            ("predicted_cycles", self.predicted_cycles.to_string()),
         ]);
         figures.extend(self.page_faults.map(|faults| ("page_faults", faults.to_string())));
         figures.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
@@ -243,6 +247,13 @@ impl RunReport {
         }
         if self.limited_cycles > 0 {
             writeln!(output, "  torque limited     in {} cycles", self.limited_cycles)?;
+        }
+        if self.predicted_cycles > 0 {
+            writeln!(
+                output,
+                "  angle predicted    in {} cycles: positions of drives were lost",
+                self.predicted_cycles
+            )?;
         }
         self.print_timing(output)?;
         if let Some(log) = &self.log {

@@ -197,7 +197,7 @@ fn when_a_drive_loses_its_supply() {
     let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |link| {
         link.inject(Joint::Three, DriveFault::PowerLost);
     });
-    failed_with(finished, &["node 3"]);
+    failed_with(finished, &["joint 3", "no position"]);
     assert_braked(&seen);
 }
 

@@ -255,6 +255,7 @@ fn the_cycle_allocates_nothing() {
     let mut controller = robot.controller(settings.law, AdaptationGuard::None).unwrap();
     let (progress, stop) = (uarm_loop::progress::Progress::<ACTIVE>::default(), StopRequest::default());
     let mut control_loop = ControlLoop {
+        feedback_timeout: robot.description.feedback_timeout,
         path: signal_path(&robot.description, &settings, &mut controller).unwrap(),
         timing: TimingRecorder::new(robot.description.period.duration()),
         progress: &progress,

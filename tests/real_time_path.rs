@@ -77,6 +77,7 @@ fn run_watched(law: Law, guard: AdaptationGuard, recording: &mut Recording<JOINT
     let settings = settings(law, guard);
     let mut control_loop = ControlLoop {
         path: signal_path(&robot.description, &settings, &mut controller).unwrap(),
+        feedback_timeout: robot.description.feedback_timeout,
         timing: TimingRecorder::new(robot.description.period.duration()),
         progress: &progress,
         stop: &stop,

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use uarm_loop::estimation::MOST_PREDICTED;
 use uarm_loop::fault_code::FaultCode;
 use uarm_sim::DriveFault;
 
@@ -31,6 +32,8 @@ impl Expectation {
     pub fn of(fault: Fault, robot: &Robot) -> Self {
         let period = robot.description.period.duration();
         let at_once = Some(period * CYCLES_TO_STOP);
+        // The angle of a joint is predicted for some cycles.
+        let after_prediction = Some(period * (MOST_PREDICTED + CYCLES_TO_STOP));
         // The drive brakes by itself when it misses the controller's heartbeat, of which one may just have come.
         let bus = &robot.description.bus;
         let by_watchdog = Some(bus.controller_timeout + bus.controller_heartbeat + period * CYCLES_TO_STOP);
@@ -40,7 +43,7 @@ impl Expectation {
             Fault::Nothing => may_end(&[], None),
             Fault::StopRequest => ends(&[], Some(REQUESTED_STOP)),
             Fault::Drive(fault) => match fault {
-                DriveFault::PowerLost => ends(&[FaultCode::FeedbackMissing], at_once),
+                DriveFault::PowerLost => ends(&[FaultCode::FeedbackMissing], after_prediction),
                 DriveFault::BusDisconnected => ends(&[FaultCode::FeedbackMissing], by_watchdog),
                 DriveFault::EncoderJump { .. } => may_end(ENCODER, None),
                 DriveFault::EncoderStuck => may_end(ENCODER, None),
@@ -48,7 +51,10 @@ impl Expectation {
                 DriveFault::BrakeStuckReleased => Self { brake_may_fail: true, ..may_end(&[], None) },
                 _ => may_end(ENCODER, None),
             },
-            Fault::FeedbackLost { .. } | Fault::FeedbackShort => ends(&[FaultCode::FeedbackMissing], at_once),
+            Fault::FeedbackLost { cycles } if cycles > u64::from(MOST_PREDICTED) => {
+                ends(&[FaultCode::FeedbackMissing], after_prediction)
+            }
+            Fault::FeedbackLost { .. } | Fault::FeedbackShort => may_end(&[], None),
             Fault::FeedbackTwice => ends(&[FaultCode::TwoDrivesOneNode], at_once),
             // The drives answer it, too.
             Fault::Foreign(ForeignFault::Sync) => ends(&[FaultCode::OtherMaster, FaultCode::TwoDrivesOneNode], at_once),

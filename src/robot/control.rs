@@ -6,6 +6,9 @@ use dem_model::ThreeLinkDem;
 use hinf_control::{AdaptationGuard, AdaptationSettings, BuildContext, Law};
 use uarm_io::encoder::CountsPerRevolution;
 use uarm_io::estimator::{AnyEstimator, EstimatorConfiguration, KalmanSettings};
+use uarm_io::time::Duration;
+use uarm_loop::period::Period;
+use uarm_loop::robot::Bus;
 
 use super::error::{Checker, RobotError};
 use super::file::{self, RobotFile};
@@ -25,6 +28,33 @@ pub(super) fn check(file: &RobotFile, model: ThreeLinkDem<f64>, check: &Checker<
             .map_err(|error| check.refuse(field(""), error, "settings with which the controller can be built"))?;
     }
     Ok(())
+}
+
+/// How long after SYNC positions are waited for, unless the file says: of the period, which leaves the rest for law and torques.
+const FEEDBACK_SHARE: f64 = 0.75;
+
+/// How long after SYNC positions are waited for.
+pub(super) fn feedback_timeout(
+    control: &file::Control,
+    bus: &Bus,
+    period: Period,
+    check: &Checker<'_>,
+) -> Result<Duration, RobotError> {
+    let period = period.duration();
+    let Some(microseconds) = control.feedback_timeout_us else {
+        // On a slow bus, the frames of a cycle take longer than that share.
+        return Ok(period.mul_f64(FEEDBACK_SHARE).max(bus.time.cyclic));
+    };
+    let (timeout, least) = (Duration::from_micros(microseconds.into()), bus.bit_rate.earliest_feedback());
+    if timeout >= least && timeout <= period {
+        return Ok(timeout);
+    }
+    let expected = format!(
+        "{} (SYNC and one position on the bus) to {} (the period)",
+        least.as_nanos().div_ceil(1_000),
+        period.as_micros()
+    );
+    Err(check.refuse("control.feedback_timeout_us", microseconds, expected))
 }
 
 /// The estimator of one joint, whose encoder has this many counts.

@@ -81,6 +81,8 @@ pub struct Task {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Control {
     pub period_us: u32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub feedback_timeout_us: Option<u32>,
     pub tracking_error_limit_deg: f64,
 }
 

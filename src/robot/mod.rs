@@ -150,6 +150,7 @@ impl Robot {
                 joints,
                 task: task::check(&file.task, &check)?,
                 period,
+                feedback_timeout: control::feedback_timeout(&file.control, &bus, period, &check)?,
                 tracking_error_limit: check
                     .within("control.tracking_error_limit_deg", file.control.tracking_error_limit_deg, 0.1, 360.0)?
                     .to_radians(),

@@ -77,6 +77,10 @@ impl<T: Scalar> Controller<T> for AnyController<T> {
         self.law_mut().limited(joints);
     }
 
+    fn hold_adaptation(&mut self) {
+        self.law_mut().hold_adaptation();
+    }
+
     fn parameters(&self) -> &[T] {
         self.law().parameters()
     }

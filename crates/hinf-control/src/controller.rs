@@ -58,7 +58,8 @@ pub struct AdaptationStatus {
     pub projected: bool,
     /// The alarm: Φ is on or beyond the border of the set it should stay in, projected or not.
     pub at_bound: bool,
-    /// Φ stood still because the torque was limited (anti-windup).
+    /// Φ stood still over the step to this cycle, because the torque was limited (anti-windup) or the law was told to hold it
+    /// ([`Controller::hold_adaptation`]).
     pub frozen: bool,
     /// A value was met that cannot be worked with; the defined fallback was used: for a non-finite input or result the
     /// torque is zero, and Φ stands still over this step and the next, see [`Command::fallback`]. Other substitutes are
@@ -178,6 +179,10 @@ pub trait Controller<T: Scalar, const N: usize = 2> {
 
     /// Tells the law which of its torques the limiter cut, after each [`Controller::update`].
     fn limited(&mut self, _joints: LimitedJoints<N>) {}
+
+    /// Tells the law that the measurement of this cycle was no measurement of every joint, after [`Controller::limited`]: Φ
+    /// stands still over the coming step.
+    fn hold_adaptation(&mut self) {}
 
     /// The adapted parameters Φ; empty for a law that does not adapt.
     fn parameters(&self) -> &[T] {

@@ -267,7 +267,7 @@ pub struct EncoderReading {
     pub raw: i32,
     /// Counts from the joint's zero, in the joint's direction.
     pub count: i64,
-    /// Time since then in which readings were refused.
+    /// Time since then in which there was none, or readings were refused.
     pub age: Duration,
 }
 
@@ -311,6 +311,13 @@ impl Encoder {
         };
         self.last = Some(EncoderReading { raw, count, age: Duration::ZERO });
         Ok(count)
+    }
+
+    /// Lets `elapsed` pass without a reading; it counts towards the next.
+    pub const fn skip(&mut self, elapsed: Duration) {
+        if let Some(last) = &mut self.last {
+            last.age = last.age.saturating_add(elapsed);
+        }
     }
 
     /// The whole state, to be put back with [`Encoder::thaw`].

@@ -3,9 +3,10 @@
 use uarm_loop::uarm_io::drive::cia402::Statusword;
 use uarm_loop::uarm_io::time::Duration;
 
-use crate::proto::{ControlSample, DriveState, DriveStates, LoopTiming};
+use crate::proto::{ControlSample, DriveState, DriveStates, LoopTiming, drive_state};
 use crate::shape::{ShapeError, array, array_ref};
 use crate::time_axis::TimeAxis;
+use uarm_loop::estimation::AngleSource;
 use uarm_loop::record::{ActualTorque, CycleFlags, CycleRecord};
 use uarm_loop::timing::CycleInstants;
 
@@ -52,6 +53,7 @@ impl CycleMessages {
                 done: axis.instant(timing.done_ns),
             },
             counts: states.each_ref().map(|drive| drive.counts),
+            angle_sources: states.each_ref().map(|drive| angle_source(drive.angle_source())),
             statuswords: states.each_ref().map(|drive| narrow(drive.statusword)),
             measured_position: array("ControlSample.measured_position", &control.measured_position)?,
             position: array("ControlSample.position", &control.position)?,
@@ -144,9 +146,24 @@ fn drives<const J: usize, const N: usize>(record: &CycleRecord<J, N>, nodes: [u8
             torque_sent: record.torque_sent[joint].into(),
             torque_actual: record.torque_actual[joint].map(|actual| actual.per_mille.into()),
             torque_actual_nm: record.torque_actual[joint].map(|actual| actual.newton_metres),
+            angle_source: message_of(record.angle_sources[joint]).into(),
         }
     };
     DriveStates { tick: record.tick, drives: (0..nodes.len()).map(state).collect() }
+}
+
+fn message_of(source: AngleSource) -> drive_state::AngleSource {
+    match source {
+        AngleSource::Measured => drive_state::AngleSource::Measured,
+        AngleSource::Missing => drive_state::AngleSource::Missing,
+    }
+}
+
+fn angle_source(message: drive_state::AngleSource) -> AngleSource {
+    match message {
+        drive_state::AngleSource::Measured => AngleSource::Measured,
+        drive_state::AngleSource::Missing => AngleSource::Missing,
+    }
 }
 
 /// The CiA 402 state that a statusword tells.
@@ -167,7 +184,7 @@ mod tests {
         let numbers = prop::collection::vec(any::<u64>().prop_map(f64::from_bits), 80);
         let instants = prop::array::uniform6(0..1_u64 << 60);
         let actual = any::<[Option<(i16, u64)>; 3]>();
-        let words = (any::<[i32; 3]>(), any::<[u16; 3]>(), any::<[i16; 3]>(), any::<[bool; 6]>(), actual);
+        let words = (any::<[i32; 3]>(), any::<[u16; 3]>(), any::<[i16; 3]>(), any::<[bool; 9]>(), actual);
         (any::<[u64; 2]>(), numbers, instants, words, 0..=PARAMETER_CAPACITY).prop_map(
             |(
                 [tick, elapsed_ticks],
@@ -186,6 +203,8 @@ mod tests {
                     period: next(),
                     instants: CycleInstants { scheduled, woke, sync_sent, counts_in, torque_out, done },
                     counts,
+                    angle_sources: [flags[6], flags[7], flags[8]]
+                        .map(|is_missing| if is_missing { AngleSource::Missing } else { AngleSource::Measured }),
                     statuswords,
                     measured_position: [next(), next(), next()],
                     position: [next(), next(), next()],

@@ -41,6 +41,7 @@ fn joint(state: &JointState) -> keyframe::JointState {
             velocity,
             acceleration,
         }),
+        predicted: state.predicted,
     }
 }
 
@@ -90,6 +91,7 @@ fn joint_state(state: &keyframe::JointState) -> JointState {
             velocity: estimate.velocity,
             acceleration: estimate.acceleration,
         }),
+        predicted: state.predicted,
     }
 }
 
@@ -103,10 +105,12 @@ mod tests {
         fn any_joint()(
             encoder in prop::option::of((any::<i32>(), any::<i64>(), any::<u64>())),
             estimate in prop::option::of(any::<[f64; 3]>()),
+            predicted in any::<u32>(),
         ) -> JointState {
             JointState {
                 encoder: encoder.map(|(raw, count, age)| EncoderReading { raw, count, age: Duration::from_nanos(age) }),
                 estimator: estimate.map(|[position, velocity, acceleration]| Estimate { position, velocity, acceleration }),
+                predicted,
             }
         }
     }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 use uarm_loop::dimensions::number_of_active;
+use uarm_loop::estimation::AngleSource;
 use uarm_loop::record::CycleRecord;
 
 /// The value of a signal.
@@ -68,6 +69,7 @@ pub fn signals<const J: usize, const N: usize>(record: &CycleRecord<J, N>) -> Ve
     list.one("time", "_s", Value::Number(record.time));
     list.one("period", "_s", Value::Number(record.period));
     list.each("counts", "", 1, record.counts.map(|count| Value::Integer(count.into())));
+    list.each("predicted", "", 1, record.angle_sources.map(|source| Value::Flag(source != AngleSource::Measured)));
     list.each("statusword", "", 1, record.statuswords.map(|word| Value::Integer(word.into())));
     list.each("position", "_rad", 1, record.position.map(Value::Number));
     list.each("measured_position", "_rad", 1, record.measured_position.map(Value::Number));

@@ -24,6 +24,8 @@ pub const HEALTH_INTERVAL: Duration = Duration::from_millis(100);
 pub struct ControlLoop<'a, const J: usize, const N: usize> {
     /// From counts to torques.
     pub path: SignalPath<'a, J, N>,
+    /// How long after SYNC the drives' positions are waited for; what comes later is lost.
+    pub feedback_timeout: Duration,
     /// Latencies of the cycles so far.
     pub timing: TimingRecorder,
     /// What others may look at while the loop runs.
@@ -101,7 +103,7 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
     ) -> Result<CycleRecord<J, N>, LoopFault<D::CycleError>> {
         let sync_sent = drives.sync(tick.woke).map_err(LoopFault::Drives)?;
         // Counted from SYNC, so that a late wake-up is an overrun and not a silent drive.
-        let feedback = drives.collect(sync_sent + schedule.period().duration()).map_err(LoopFault::Drives)?;
+        let feedback = drives.collect(sync_sent + self.feedback_timeout).map_err(LoopFault::Drives)?;
         let counts_in = clock.now();
 
         let signals = self.path.step(tick, sync_sent, &feedback.positions, schedule.period())?;
@@ -116,7 +118,7 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
             done: torque_out,
         };
         let statuswords = feedback.statuswords.map(Statusword::bits);
-        let mut record = CycleRecord::new(tick, &instants, &feedback.positions, &statuswords, &signals);
+        let mut record = CycleRecord::new(tick, &instants, &statuswords, &signals);
         record.set_parameters(self.path.controller.parameters());
         Ok(record)
     }

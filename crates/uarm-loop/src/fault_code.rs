@@ -5,6 +5,7 @@ use uarm_io::drive::network::{CycleError, Disturbance, StartError};
 use uarm_io::drive::odrive::{OdriveCycleError, OdriveStartError};
 
 use crate::control_loop::LoopFault;
+use crate::estimation::{AngleError, EstimationError};
 use crate::guard::{LimitViolation, Quantity};
 use crate::run::RunError;
 use crate::signal_path::SignalFault;
@@ -121,11 +122,19 @@ impl<E> Coded for CycleError<E> {
         match self {
             Self::Link(_) => FaultCode::LinkFailed,
             Self::Disturbed(disturbance) => disturbance.code(),
-            Self::Missing { .. } => FaultCode::FeedbackMissing,
             Self::NotEnabled { .. } => FaultCode::DriveNotEnabled,
             Self::Emergency { .. } => FaultCode::DriveEmergency,
             Self::Lost { .. } => FaultCode::DriveSilent,
             Self::NotOperational { .. } => FaultCode::DriveNotOperational,
+        }
+    }
+}
+
+impl Coded for EstimationError {
+    fn code(&self) -> FaultCode {
+        match self.source {
+            AngleError::Encoder(_) => FaultCode::EncoderImplausible,
+            AngleError::NoneYet | AngleError::Missing { .. } => FaultCode::FeedbackMissing,
         }
     }
 }
@@ -147,7 +156,6 @@ impl<E> Coded for OdriveCycleError<E> {
     fn code(&self) -> FaultCode {
         match self {
             Self::Link(_) => FaultCode::LinkFailed,
-            Self::Missing { .. } => FaultCode::FeedbackMissing,
             Self::Position { .. } => FaultCode::EncoderImplausible,
             Self::NotArmed { .. } => FaultCode::DriveNotEnabled,
             Self::Lost { .. } => FaultCode::DriveSilent,
@@ -170,7 +178,7 @@ impl Coded for LimitViolation {
 impl Coded for SignalFault {
     fn code(&self) -> FaultCode {
         match self {
-            Self::Estimation(_) => FaultCode::EncoderImplausible,
+            Self::Estimation(error) => error.code(),
             Self::Limit(violation) => violation.code(),
             Self::Torque(_) => FaultCode::TorqueInvalid,
         }
@@ -191,7 +199,7 @@ impl<S: Coded, C: Coded> Coded for RunError<S, C> {
     fn code(&self) -> FaultCode {
         match self {
             Self::Start(error) => error.code(),
-            Self::Encoder(_) => FaultCode::EncoderImplausible,
+            Self::Encoder(error) => error.code(),
             Self::Approach(_) => FaultCode::ApproachImpossible,
             Self::Forbidden(violation) => match violation.quantity {
                 // Before brakes open: the joint stands there.

@@ -48,6 +48,8 @@ pub struct Outcome<const N: usize> {
     pub base_drift: f64,
     /// Cycles in which the limiter cut a torque.
     pub limited_cycles: u64,
+    /// Cycles in which the angle of some joint was predicted, since its drive sent none that could be believed.
+    pub predicted_cycles: u64,
     /// Timing of the loop.
     pub timing: TimingSummary,
     /// Page faults of the loop's thread between its first cycle and its last.
@@ -69,6 +71,7 @@ impl<const N: usize> Outcome<N> {
             peak_torque: statistics.peak_torque,
             base_drift: statistics.base_drift(),
             limited_cycles: statistics.limited_cycles,
+            predicted_cycles: statistics.predicted_cycles,
             timing,
             page_faults,
         }

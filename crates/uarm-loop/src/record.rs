@@ -8,6 +8,7 @@ use uarm_io::link::LinkHealth;
 use uarm_io::time::Instant;
 
 use crate::dimensions;
+use crate::estimation::AngleSource;
 use crate::keyframe::Keyframe;
 use crate::schedule::Tick;
 use crate::signal_path::Signals;
@@ -30,11 +31,13 @@ pub struct CycleRecord<const J: usize, const N: usize> {
     pub period: f64,
     /// The instants of the cycle.
     pub instants: CycleInstants,
-    /// Encoder counts of the joints as the drives sent them.
+    /// Encoder counts of the joints as the drives sent them; of a predicted angle, the last one that was believed.
     pub counts: [i32; J],
+    /// Where the angles come from.
+    pub angle_sources: [AngleSource; J],
     /// CiA 402 statuswords of the drives.
     pub statuswords: [u16; J],
-    /// Joint angles as the encoders give them, rad.
+    /// Joint angles as the encoders give them or as they are predicted, rad.
     pub measured_position: [f64; J],
     /// Estimated joint angles, rad: some estimators filter them.
     pub position: [f64; J],
@@ -78,7 +81,7 @@ pub struct CycleFlags<const N: usize> {
     pub projected: bool,
     /// Φ is on or beyond the border of that set.
     pub at_bound: bool,
-    /// Φ stood still because the torque was limited.
+    /// Φ stood still over the step to this cycle: the torque was limited, or an angle was predicted, in the one before.
     pub frozen: bool,
     /// The law met a non-finite value and used its fallback.
     pub fell_back: bool,
@@ -120,6 +123,7 @@ impl<const J: usize, const N: usize> Default for CycleRecord<J, N> {
             period: 0.0,
             instants: CycleInstants::default(),
             counts: [0; J],
+            angle_sources: [AngleSource::default(); J],
             statuswords: [0; J],
             measured_position: [0.0; J],
             position: [0.0; J],
@@ -143,13 +147,7 @@ impl<const J: usize, const N: usize> Default for CycleRecord<J, N> {
 
 impl<const J: usize, const N: usize> CycleRecord<J, N> {
     /// The record of one cycle, but for the adapted parameters and the torques that the drives reported.
-    pub fn new(
-        tick: &Tick,
-        instants: &CycleInstants,
-        counts: &[i32; J],
-        statuswords: &[u16; J],
-        signals: &Signals<J, N>,
-    ) -> Self {
+    pub fn new(tick: &Tick, instants: &CycleInstants, statuswords: &[u16; J], signals: &Signals<J, N>) -> Self {
         let Signals { time, period, estimate, measurement, reference, command, torque } = signals;
         Self {
             tick: tick.index,
@@ -157,7 +155,8 @@ impl<const J: usize, const N: usize> CycleRecord<J, N> {
             time: *time,
             period: *period,
             instants: *instants,
-            counts: *counts,
+            counts: estimate.counts,
+            angle_sources: estimate.sources,
             statuswords: *statuswords,
             measured_position: estimate.measured,
             position: estimate.position(),
@@ -196,6 +195,11 @@ impl<const J: usize, const N: usize> CycleRecord<J, N> {
             velocity: dimensions::active(&self.velocity) - SVector::from(self.reference_velocity),
             position: dimensions::active(&self.position) - SVector::from(self.reference_position),
         }
+    }
+
+    /// Whether the angle of some joint is predicted.
+    pub fn has_predicted_angle(&self) -> bool {
+        self.angle_sources.iter().any(|source| *source != AngleSource::Measured)
     }
 
     /// The adapted parameters Φ.

@@ -29,6 +29,8 @@ pub struct Robot<const J: usize, const N: usize> {
     pub task: Task<N>,
     /// The loop's period.
     pub period: Period,
+    /// How long after SYNC the drives' positions are waited for; at most the period.
+    pub feedback_timeout: Duration,
     /// Largest tracking error of an active joint, rad; beyond it a run ends.
     pub tracking_error_limit: f64,
     /// The bus and its heartbeats.

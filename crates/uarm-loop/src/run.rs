@@ -93,6 +93,7 @@ pub fn run<D: RobotDrives<J>, C: Clock, R: Recorder<J, N>, const J: usize, const
 ) -> Result<Finished<D::StartError, D::CycleError, R, J, N>, SetupError> {
     let mut control_loop = ControlLoop {
         path: signal_path(robot, settings, controller)?,
+        feedback_timeout: robot.feedback_timeout,
         timing: TimingRecorder::new(robot.period.duration()),
         progress: observer.progress,
         stop: observer.stop,
@@ -169,7 +170,9 @@ fn angles<const J: usize, const N: usize>(robot: &Robot<J, N>, counts: [i32; J])
     let mut angles = [0.0; J];
     for (((angle, joint), raw), number) in angles.iter_mut().zip(&robot.joints).zip(counts).zip(1..) {
         let mut encoder = Encoder::new(joint.encoder);
-        let count = encoder.update(raw, Duration::ZERO).map_err(|source| EstimationError { joint: number, source })?;
+        let count = encoder
+            .update(raw, Duration::ZERO)
+            .map_err(|source| EstimationError { joint: number, source: source.into() })?;
         *angle = encoder.angle_of(count);
     }
     Ok(angles)

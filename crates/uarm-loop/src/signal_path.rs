@@ -66,7 +66,7 @@ pub enum SignalFault {
 }
 
 impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
-    /// Makes torques of the counts that the drives latched at `sync_sent`.
+    /// Makes torques of the counts that the drives latched at `sync_sent`; nothing of a drive that sent none.
     ///
     /// # Errors
     /// [`SignalFault`]: an encoder that cannot be believed, or a limit of the robot that was passed.
@@ -74,7 +74,7 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
         &mut self,
         tick: &Tick,
         sync_sent: Instant,
-        counts: &[i32; J],
+        counts: &[Option<i32>; J],
         nominal: Period,
     ) -> Result<Signals<J, N>, SignalFault> {
         let (time, period) = self.task_clock.advance(tick, sync_sent, nominal);
@@ -88,6 +88,9 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
         let rise_time = period.max(nominal.seconds(1));
         let torque = self.torque.prepare(command.torque, time, rise_time)?;
         self.controller.limited(torque.limited.limited);
+        if estimate.is_predicted() {
+            self.controller.hold_adaptation();
+        }
 
         if self.motion.is_task(time) {
             let error = TrackingError::new(&measurement, &reference);

@@ -23,6 +23,8 @@ pub struct Statistics<R, const N: usize> {
     pub peak_torque: [f64; N],
     /// Cycles in which the limiter cut a torque.
     pub limited_cycles: u64,
+    /// Cycles in which the angle of some joint was predicted.
+    pub predicted_cycles: u64,
 }
 
 impl<R, const N: usize> Statistics<R, N> {
@@ -36,6 +38,7 @@ impl<R, const N: usize> Statistics<R, N> {
             final_error: [0.0; N],
             peak_torque: [0.0; N],
             limited_cycles: 0,
+            predicted_cycles: 0,
         }
     }
 
@@ -62,6 +65,9 @@ impl<R: Recorder<J, N>, const J: usize, const N: usize> Recorder<J, N> for Stati
         }
         if record.flags.limited.contains(&true) {
             self.limited_cycles += 1;
+        }
+        if record.has_predicted_angle() {
+            self.predicted_cycles += 1;
         }
         self.next.record(record);
     }

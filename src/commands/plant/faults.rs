@@ -33,7 +33,8 @@ pub struct Order {
 
 /// What an order may say behind the colon.
 pub const ACTIONS: &str = "power-lost, bus-disconnected, encoder-jump=COUNTS, encoder-stuck, over-temperature, \
-    brake-stuck-engaged, brake-stuck-released, motor-disconnected or repair";
+    encoder-reversed, encoder-drift=COUNTS, encoder-glitch=COUNTS, torque-reversed, feedback-lost=SYNCS, \
+    feedback-late=TIME, feedback-replayed, brake-stuck-engaged, brake-stuck-released, motor-disconnected or repair";
 
 impl FromStr for Order {
     type Err = String;
@@ -56,16 +57,29 @@ fn action_of(text: &str) -> Result<Action, String> {
         "power-lost" => DriveFault::PowerLost,
         "bus-disconnected" => DriveFault::BusDisconnected,
         "encoder-stuck" => DriveFault::EncoderStuck,
+        "encoder-reversed" => DriveFault::EncoderReversed,
+        "torque-reversed" => DriveFault::TorqueReversed,
+        "feedback-replayed" => DriveFault::FeedbackReplayed,
         "over-temperature" => DriveFault::OverTemperature,
         "brake-stuck-engaged" => DriveFault::BrakeStuckEngaged,
         "brake-stuck-released" => DriveFault::BrakeStuckReleased,
         "motor-disconnected" => DriveFault::MotorDisconnected,
-        _ => {
-            let counts = text.strip_prefix("encoder-jump=").and_then(|counts| counts.parse().ok());
-            counts.map(|counts| DriveFault::EncoderJump { counts }).ok_or(format!("{text:?}: expected {ACTIONS}"))?
-        }
+        _ => sized_fault(text).ok_or(format!("{text:?}: expected {ACTIONS}"))?,
     };
     Ok(Action::Break(fault))
+}
+
+/// A fault with a size, as in `encoder-jump=-500`.
+fn sized_fault(text: &str) -> Option<DriveFault> {
+    let (name, size) = text.split_once('=')?;
+    Some(match name {
+        "encoder-jump" => DriveFault::EncoderJump { counts: size.parse().ok()? },
+        "encoder-drift" => DriveFault::EncoderDrift { counts: size.parse().ok()? },
+        "encoder-glitch" => DriveFault::EncoderGlitch { counts: size.parse().ok()? },
+        "feedback-lost" => DriveFault::FeedbackLost { syncs: size.parse().ok()? },
+        "feedback-late" => DriveFault::FeedbackLate { by: duration(size).ok()? },
+        _ => return None,
+    })
 }
 
 /// The orders to come: those of a schedule, in every run of the plant anew, and those that are told meanwhile.
@@ -143,6 +157,13 @@ mod tests {
         assert_eq!(break_("bus-disconnected"), DriveFault::BusDisconnected);
         assert_eq!(break_("encoder-jump=-500"), DriveFault::EncoderJump { counts: -500 });
         assert_eq!(break_("encoder-stuck"), DriveFault::EncoderStuck);
+        assert_eq!(break_("encoder-reversed"), DriveFault::EncoderReversed);
+        assert_eq!(break_("encoder-drift=20"), DriveFault::EncoderDrift { counts: 20 });
+        assert_eq!(break_("encoder-glitch=48"), DriveFault::EncoderGlitch { counts: 48 });
+        assert_eq!(break_("torque-reversed"), DriveFault::TorqueReversed);
+        assert_eq!(break_("feedback-lost=3"), DriveFault::FeedbackLost { syncs: 3 });
+        assert_eq!(break_("feedback-late=4ms"), DriveFault::FeedbackLate { by: Duration::from_millis(4) });
+        assert_eq!(break_("feedback-replayed"), DriveFault::FeedbackReplayed);
         assert_eq!(break_("over-temperature"), DriveFault::OverTemperature);
         assert_eq!(break_("brake-stuck-engaged"), DriveFault::BrakeStuckEngaged);
         assert_eq!(break_("brake-stuck-released"), DriveFault::BrakeStuckReleased);

@@ -321,6 +321,9 @@ fn print_exact(replay: &ExactReplay, recorded: &Recorded, file: &str, output: &m
         }
         (None, _) => {}
     }
+    if replay.predicted_cycles > 0 {
+        writeln!(output, "  in {} of these cycles an angle was predicted, as in the run", replay.predicted_cycles)?;
+    }
     if replay.lost_cycles > 0 {
         writeln!(
             output,

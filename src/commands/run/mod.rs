@@ -263,6 +263,7 @@ mod tests {
             peak_torque_nm: None,
             base_drift_deg: None,
             limited_cycles: 7,
+            predicted_cycles: 0,
             clock: uarm_log::description::ClockKind::Monotonic,
             timing: TimingSummary {
                 period_ns: 3_000_000,

@@ -30,7 +30,7 @@ pub struct ParameterEstimator<T: Scalar, const P: usize, Z = ScalarWeight<T>> {
     parameters: SVector<T, P>,
     /// Φ̇ of the last cycle.
     rate: SVector<T, P>,
-    /// Anti-windup holds Φ over the coming step.
+    /// Φ stands still over the coming step: by anti-windup, or because the law was told so.
     held: bool,
 }
 
@@ -110,6 +110,11 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> ParameterEstimator<T,
         self.held = freezes && joints.contains(&true);
     }
 
+    /// Holds Φ over the coming step.
+    pub const fn hold(&mut self) {
+        self.held = true;
+    }
+
     /// Back to Φ(0), at rest.
     pub fn reset(&mut self) {
         self.parameters = self.adaptation.initial;
@@ -117,7 +122,7 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> ParameterEstimator<T,
         self.held = false;
     }
 
-    /// Φ, then Φ̇, then 1 if anti-windup holds the coming step and 0 if not.
+    /// Φ, then Φ̇, then 1 if Φ is held over the coming step and 0 if not.
     pub fn freeze(&self) -> FrozenState<T> {
         let held = if self.held { T::one() } else { T::zero() };
         FrozenState::gather(self.parameters.iter().chain(self.rate.iter()).copied().chain([held]))

@@ -7,6 +7,10 @@ macro_rules! state_is_its_estimators {
             self.estimator.limited(joints);
         }
 
+        fn hold_adaptation(&mut self) {
+            self.estimator.hold();
+        }
+
         fn parameters(&self) -> &[$scalar] {
             self.estimator.parameters().as_slice()
         }

@@ -60,6 +60,7 @@ impl<const N: usize> EmulatedDrive<N> {
             faults: Faults::default(),
             counter: Counter::Since(0),
             report_due: false,
+            late: None,
         };
         drive.node.configure_pdos_from_od();
         drive.publish();
@@ -102,7 +103,8 @@ impl<const N: usize> EmulatedDrive<N> {
         let rated = self.node.od().entry(od::RATED_TORQUE.address()).and_then(|entry| number_of(&entry.value));
         let rated = rated.and_then(|rated| u32::try_from(rated).ok()).unwrap_or(self.parameters.rated_torque());
         let applied = self.parameters.direction().apply(i32::from(self.torque_per_mille().applied));
-        f64::from(applied) * f64::from(rated) / self.parameters.torque_divisor()
+        let sign = if self.faults.torque_reversed { -1.0 } else { 1.0 };
+        sign * f64::from(applied) * f64::from(rated) / self.parameters.torque_divisor()
             * self.parameters.transmission().torque_factor()
     }
 
@@ -140,6 +142,7 @@ impl<const N: usize> EmulatedDrive<N> {
         let encoder_offset = self.faults.encoder_offset;
         self.faults = Faults { encoder_offset, ..Faults::default() };
         self.report_due = false;
+        self.late = None;
         if had_no_power {
             self.restart(NmtCommand::ResetNode, now, outbox);
         }
@@ -149,7 +152,7 @@ impl<const N: usize> EmulatedDrive<N> {
     pub(crate) fn latch_position(&mut self, angle: f64) {
         if !self.faults.encoder_stuck {
             let motor = angle * self.parameters.transmission().ratio().factor();
-            let counts = self.parameters.encoder().counts(motor).wrapping_add(self.faults.encoder_offset);
+            let counts = self.faults.counted(self.parameters.encoder().counts(motor));
             let origin = match self.counter {
                 Counter::Beginning => counts,
                 Counter::Since(origin) => origin,
@@ -196,7 +199,8 @@ impl<const N: usize> EmulatedDrive<N> {
             return self.boots_at;
         }
         let report = self.report_due.then_some(Instant::default());
-        [report, self.heartbeat.due(), self.master.due(), self.commands.due()].into_iter().flatten().min()
+        let late = self.late.map(|(_, due)| due);
+        [report, late, self.heartbeat.due(), self.master.due(), self.commands.due()].into_iter().flatten().min()
     }
 
     /// Does what is due by `now`.
@@ -212,6 +216,9 @@ impl<const N: usize> EmulatedDrive<N> {
         }
         if core::mem::take(&mut self.report_due) {
             self.fault(error::OVER_TEMPERATURE, ErrorRegister::TEMPERATURE, now, outbox);
+        }
+        if let Some((frame, _)) = self.late.take_if(|(_, due)| *due <= now) {
+            self.push(frame, now, outbox);
         }
         if self.master.take_expiry(now) {
             self.on_master_lost(now, outbox);

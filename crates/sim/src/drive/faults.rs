@@ -1,5 +1,7 @@
 //! What can go wrong with a drive, for tests and demonstrations to bring about.
 
+use core::time::Duration;
+
 /// A fault that a test injects. They last until they are repaired.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -15,6 +17,32 @@ pub enum DriveFault {
     },
     /// The counter stands still.
     EncoderStuck,
+    /// From where it is, the counter goes the other way.
+    EncoderReversed,
+    /// At each SYNC the counter goes so many counts further than the joint.
+    EncoderDrift {
+        /// Counts per SYNC.
+        counts: i32,
+    },
+    /// At each SYNC the counter is off by so many counts, in turn one way and the other.
+    EncoderGlitch {
+        /// The error, counts.
+        counts: i32,
+    },
+    /// The motor's torque has the wrong sign.
+    TorqueReversed,
+    /// So many answers to SYNC are lost.
+    FeedbackLost {
+        /// The SYNCs that are not answered.
+        syncs: u32,
+    },
+    /// Answers to SYNC come so much later.
+    FeedbackLate {
+        /// The delay; of answers that overtake each other, only the newest is sent.
+        by: Duration,
+    },
+    /// Each answer to SYNC is preceded by the one before, as if somebody replayed it.
+    FeedbackReplayed,
     /// The motor is too hot: EMCY 4210h and fault. A fault reset has no effect before the repair.
     OverTemperature,
     /// The brake does not open.
@@ -31,6 +59,16 @@ pub(super) struct Faults {
     pub(super) power_lost: bool,
     pub(super) bus_disconnected: bool,
     pub(super) encoder_stuck: bool,
+    pub(super) encoder_reversed: bool,
+    /// The count at which it was reversed.
+    pub(super) turning_count: Option<i32>,
+    pub(super) encoder_drift: i32,
+    /// The error at the next SYNC, counts.
+    pub(super) encoder_glitch: i32,
+    pub(super) torque_reversed: bool,
+    pub(super) feedback_lost: u32,
+    pub(super) feedback_late: Duration,
+    pub(super) feedback_replayed: bool,
     pub(super) over_temperature: bool,
     pub(super) brake_stuck_engaged: bool,
     pub(super) brake_stuck_released: bool,
@@ -47,11 +85,30 @@ impl Faults {
             DriveFault::BusDisconnected => self.bus_disconnected = true,
             DriveFault::EncoderJump { counts } => self.encoder_offset = self.encoder_offset.wrapping_add(counts),
             DriveFault::EncoderStuck => self.encoder_stuck = true,
+            DriveFault::EncoderReversed => self.encoder_reversed = true,
+            DriveFault::EncoderDrift { counts } => self.encoder_drift = counts,
+            DriveFault::EncoderGlitch { counts } => self.encoder_glitch = counts,
+            DriveFault::TorqueReversed => self.torque_reversed = true,
+            DriveFault::FeedbackLost { syncs } => self.feedback_lost = syncs,
+            DriveFault::FeedbackLate { by } => self.feedback_late = by,
+            DriveFault::FeedbackReplayed => self.feedback_replayed = true,
             DriveFault::OverTemperature => self.over_temperature = true,
             DriveFault::BrakeStuckEngaged => self.brake_stuck_engaged = true,
             DriveFault::BrakeStuckReleased => self.brake_stuck_released = true,
             DriveFault::MotorDisconnected => self.motor_disconnected = true,
         }
+    }
+
+    /// What the counter shows at a SYNC where it should show `counts`.
+    pub(super) fn counted(&mut self, counts: i32) -> i32 {
+        self.encoder_offset = self.encoder_offset.wrapping_add(self.encoder_drift);
+        self.encoder_glitch = self.encoder_glitch.wrapping_neg();
+        let counts = counts.wrapping_add(self.encoder_offset).wrapping_add(self.encoder_glitch);
+        if !self.encoder_reversed {
+            return counts;
+        }
+        let turned_at = *self.turning_count.get_or_insert(counts);
+        turned_at.wrapping_sub(counts.wrapping_sub(turned_at))
     }
 
     /// Nothing reaches the bus, and nothing comes from it.

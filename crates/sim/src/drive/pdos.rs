@@ -90,10 +90,30 @@ impl<const N: usize> EmulatedDrive<N> {
             let Some(sent) = self.sent.get_mut(usize::from(number)) else { continue };
             sent.syncs += 1;
             if is_due(kind, sent.syncs, sent.last != Some(frame)) {
-                *sent = Sent { syncs: 0, last: Some(frame) };
-                self.push(frame, now, outbox);
+                let before = core::mem::replace(sent, Sent { syncs: 0, last: Some(frame) }).last;
+                if number == 0 {
+                    self.send_tpdo1(frame, before, now, outbox);
+                } else {
+                    self.push(frame, now, outbox);
+                }
             }
         }
+    }
+
+    /// Sends TPDO1, as far as injected faults let it; `before` is the one before it.
+    fn send_tpdo1(&mut self, frame: Frame, before: Option<Frame>, now: Instant, outbox: &mut Outbox) {
+        if self.faults.feedback_lost > 0 {
+            self.faults.feedback_lost -= 1;
+            return;
+        }
+        if !self.faults.feedback_late.is_zero() {
+            self.late = Some((frame, now + self.faults.feedback_late));
+            return;
+        }
+        if let Some(before) = before.filter(|_| self.faults.feedback_replayed) {
+            self.push(before, now, outbox);
+        }
+        self.push(frame, now, outbox);
     }
 
     /// A TPDO with what its objects hold; `None` if it is off, empty or maps what is not there.

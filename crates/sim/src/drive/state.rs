@@ -71,6 +71,8 @@ pub struct EmulatedDrive<const N: usize = CAPACITY> {
     pub(super) counter: Counter,
     /// An injected fault that is yet to be reported.
     pub(super) report_due: bool,
+    /// An answer to SYNC that an injected fault delays, and when it is sent.
+    pub(super) late: Option<(Frame, Instant)>,
 }
 
 impl<const N: usize> EmulatedDrive<N> {

@@ -24,7 +24,7 @@ pub use super::wishes::{DriveConfiguration, Heartbeats, MAX_SETTINGS, ReadBack, 
 pub use configuration::{ConfigurationError, EmergencyReaction, LISTEN, NetworkConfiguration, Timeouts};
 pub use cycle::Feedback;
 pub use disturbance::Disturbance;
-pub use error::{CycleError, Emergency, NodeSet, StartError};
+pub use error::{CycleError, Emergency, StartError};
 pub use foreign::ForeignFrame;
 pub use health::{NetworkHealth, NodeHealth};
 pub use master::{DriveNetwork, LastDefence, Learned};

@@ -54,10 +54,11 @@ pub trait RobotDrives<const JOINTS: usize> {
     /// If the bus failed.
     fn sync(&mut self, now: Instant) -> Result<Instant, Self::CycleError>;
 
-    /// Takes in the positions of all drives, until all are here or `deadline` passes, and supervises the drives.
+    /// Takes in the positions of the drives, until all are here or `deadline` passes, and supervises the drives. A position
+    /// that did not come by then is missing from the feedback, and not taken for one of a later cycle.
     ///
     /// # Errors
-    /// If the bus or a drive failed, or a position is missing.
+    /// If the bus or a drive failed.
     fn collect(&mut self, deadline: Instant) -> Result<Feedback<JOINTS>, Self::CycleError>;
 
     /// Sends the torques, per mille of each drive's rated torque. Returns when the last was handed to the link. A drive

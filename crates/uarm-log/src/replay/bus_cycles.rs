@@ -19,6 +19,8 @@ pub struct BusCycle<const J: usize> {
     pub statuswords: [u16; J],
     /// The torque that each drive was sent, per mille.
     pub sent: [Option<i16>; J],
+    /// Whether a drive was sent a command of any kind: what comes after it is too late for this cycle.
+    pub commanded: bool,
     /// Whether frames are missing in or before this cycle.
     pub continuity: Continuity,
 }
@@ -40,6 +42,7 @@ impl<const J: usize> BusCycle<J> {
             counts: [None; J],
             statuswords: [0; J],
             sent: [None; J],
+            commanded: false,
             continuity: Continuity::Whole,
         }
     }
@@ -58,13 +61,14 @@ impl<const J: usize> BusCycle<J> {
     fn take(&mut self, record: &FrameRecord, nodes: [u8; J]) {
         let joint = |node: u8| nodes.iter().position(|each| *each == node);
         match Channel::of(record.frame.id()) {
-            Some(Channel::Tpdo1(node)) if self.sent == [None; J] && record.at >= self.sync_at => {
+            Some(Channel::Tpdo1(node)) if !self.commanded && record.at >= self.sync_at => {
                 if let (Some(joint), Ok(feedback)) = (joint(node.raw()), DriveFeedback::decode(record.frame.data())) {
                     self.counts[joint] = Some(feedback.position);
                     self.statuswords[joint] = feedback.statusword.bits();
                 }
             }
             Some(Channel::Rpdo1(node)) => {
+                self.commanded = true;
                 if let (Some(joint), Ok(command)) = (joint(node.raw()), DriveCommand::decode(record.frame.data())) {
                     let is_torque = command.controlword == Controlword::of(Command::EnableOperation);
                     if is_torque && self.sent[joint].is_none() {

@@ -1,6 +1,7 @@
 //! The run again, as it was.
 
 use serde::Serialize;
+use uarm_loop::estimation::AngleSource;
 use uarm_loop::hinf_control::Controller;
 use uarm_loop::keyframe::Keyframe;
 use uarm_loop::record::CycleRecord;
@@ -34,6 +35,8 @@ pub struct ExactReplay {
     pub from: f64,
     /// Cycles that were replayed.
     pub cycles: u64,
+    /// Cycles of them in which the angle of some joint was predicted, since its drive sent none that could be believed.
+    pub predicted_cycles: u64,
     /// Signals that were compared.
     pub signals: u64,
     /// Keyframes that were reached and compared.
@@ -85,8 +88,8 @@ impl ExactReplay {
         let path = signal_path(source.robot, source.settings, controller)?;
         let mut replay = Replay { source, path, position: Position::Lost, previous: None, outcome: Self::default() };
         replay.begin(start)?;
-        // Behind the last cycle in which all drives answered, the run had ended.
-        let last_answered = source.bus.iter().rposition(|cycle| cycle.all_counts().is_some());
+        // Behind the last cycle that the loop went through, the run had ended.
+        let last_answered = source.bus.iter().rposition(|cycle| source.counts(cycle).is_some());
         for (index, cycle) in source.bus.iter().enumerate() {
             if Some(index) > last_answered {
                 break;
@@ -173,9 +176,9 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
             }
             Position::Lost | Position::Ended => {}
         }
-        match (self.position, cycle.all_counts()) {
+        match (self.position, self.source.counts(cycle)) {
             (Position::After(_), Some(counts)) => self.step(cycle, &tick, counts),
-            // The live loop goes on only if all drives answer, and it did: a frame is missing.
+            // The live loop took in a count that is missing here.
             (Position::After(_) | Position::Lost, None) | (Position::Lost, _) => {
                 self.position = Position::Lost;
                 self.outcome.lost_cycles += 1;
@@ -195,18 +198,29 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
         Ok(())
     }
 
-    fn step(&mut self, cycle: &BusCycle<J>, tick: &Tick, counts: [i32; J]) {
+    fn step(&mut self, cycle: &BusCycle<J>, tick: &Tick, counts: [Option<i32>; J]) {
         let recorded = self.source.record(cycle.sync_at);
-        if recorded.is_none() && !self.source.records.is_empty() && self.is_last(cycle) && self.source.fault.is_none() {
+        if recorded.is_none()
+            && !self.source.records.is_empty()
+            && self.source.is_last(cycle)
+            && self.source.fault.is_none()
+        {
             // A killed process: the cycle may not have been completed.
             self.position = Position::Ended;
             return;
         }
         match self.path.step(tick, cycle.sync_at, &counts, self.source.robot.period) {
             Ok(signals) => {
+                if recorded.is_none() && signals.estimate.is_predicted() && !self.has_sent(cycle, &signals) {
+                    // The loop had the answer that is missing in the file.
+                    self.position = Position::Lost;
+                    self.outcome.lost_cycles += 1;
+                    return;
+                }
                 self.position = Position::After(Some(tick.index));
+                self.outcome.predicted_cycles += u64::from(signals.estimate.is_predicted());
                 let mut differences = match recorded {
-                    Some(recorded) => self.compare(recorded, tick, &counts, cycle, &signals),
+                    Some(recorded) => self.compare(recorded, tick, cycle, &signals),
                     None => self.compare_sent(cycle, tick, &signals),
                 };
                 differences.extend(self.compare_keyframe(tick));
@@ -221,19 +235,22 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
         }
     }
 
-    fn is_last(&self, cycle: &BusCycle<J>) -> bool {
-        self.source.bus.last().is_some_and(|last| last.sync_at == cycle.sync_at)
-    }
-
     fn compare(
         &mut self,
         recorded: &CycleRecord<J, N>,
         tick: &Tick,
-        counts: &[i32; J],
         cycle: &BusCycle<J>,
         signals: &Signals<J, N>,
     ) -> Vec<Difference> {
-        let mut replayed = CycleRecord::new(tick, &recorded.instants, counts, &cycle.statuswords, signals);
+        // A drive that sent nothing in this cycle has the statusword of the one before.
+        let mut statuswords = cycle.statuswords;
+        for ((word, source), recorded) in statuswords.iter_mut().zip(signals.estimate.sources).zip(recorded.statuswords)
+        {
+            if source == AngleSource::Missing {
+                *word = recorded;
+            }
+        }
+        let mut replayed = CycleRecord::new(tick, &recorded.instants, &statuswords, signals);
         replayed.set_parameters(self.path.controller.parameters());
         // What the drives report has no part in the loop.
         replayed.torque_actual = recorded.torque_actual;
@@ -247,7 +264,7 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
     /// Where only the bus was recorded, the torques on it are what there is to compare.
     fn compare_sent(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) -> Vec<Difference> {
         // What follows the last SYNC may be the stop that ended the run, with torque 0.
-        if self.is_last(cycle) {
+        if self.source.is_last(cycle) {
             if cycle.sent.iter().all(|sent| sent.unwrap_or(0) == 0) {
                 return Vec::new();
             }
@@ -261,6 +278,12 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
         }
         self.outcome.cycles += 1;
         self.compare_sent_frames(cycle, tick, signals)
+    }
+
+    /// Whether the torques on the bus are these, as far as they are there.
+    fn has_sent(&self, cycle: &BusCycle<J>, signals: &Signals<J, N>) -> bool {
+        let mut torques = cycle.sent.iter().zip(signals.torque.sent);
+        torques.all(|(recorded, replayed)| recorded.is_none_or(|recorded| recorded == replayed))
     }
 
     fn compare_sent_frames(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) -> Vec<Difference> {

@@ -1,5 +1,6 @@
 //! What is replayed.
 
+use uarm_loop::estimation::AngleSource;
 use uarm_loop::keyframe::{Keyframe, KeyframeError};
 use uarm_loop::period::Period;
 use uarm_loop::record::CycleRecord;
@@ -9,7 +10,7 @@ use uarm_loop::schedule::Tick;
 use uarm_loop::settings::Settings;
 use uarm_loop::uarm_io::time::Instant;
 
-use super::bus_cycles::BusCycle;
+use super::bus_cycles::{BusCycle, Continuity};
 
 /// What is replayed.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +34,35 @@ impl<'a, const J: usize, const N: usize> Source<'a, J, N> {
     pub(super) fn record(&self, sync_at: Instant) -> Option<&'a CycleRecord<J, N>> {
         let found = self.records.binary_search_by_key(&sync_at, |record| record.instants.sync_sent);
         found.ok().and_then(|index| self.records.get(index))
+    }
+
+    /// The counts that the loop took in, nothing of a drive whose angle it predicted; `None` if counts that it took in are
+    /// missing from the bus.
+    ///
+    /// Where only the bus was recorded, a cycle with torques in which all frames are there is one that the loop went through,
+    /// with the counts that came. So is the last one of a run that ended with a fault.
+    pub(super) fn counts(&self, cycle: &BusCycle<J>) -> Option<[Option<i32>; J]> {
+        let Some(record) = self.record(cycle.sync_at) else {
+            let has_ended_the_run = self.fault.is_some() && self.is_last(cycle);
+            let was_gone_through = self.records.is_empty()
+                && cycle.continuity == Continuity::Whole
+                && cycle.sent.iter().any(Option::is_some);
+            let is_as_taken = has_ended_the_run || was_gone_through || cycle.counts.iter().all(Option::is_some);
+            return is_as_taken.then_some(cycle.counts);
+        };
+        let mut counts = cycle.counts;
+        for (count, source) in counts.iter_mut().zip(record.angle_sources) {
+            match source {
+                AngleSource::Missing => *count = None,
+                AngleSource::Measured => *count = Some((*count)?),
+            }
+        }
+        Some(counts)
+    }
+
+    /// Whether nothing on the bus follows a cycle.
+    pub(super) fn is_last(&self, cycle: &BusCycle<J>) -> bool {
+        self.bus.last().is_some_and(|last| last.sync_at == cycle.sync_at)
     }
 
     /// The tick of a cycle: as recorded, or from the distance of its SYNC to the previous one.

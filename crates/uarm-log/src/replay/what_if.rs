@@ -76,7 +76,7 @@ impl<const N: usize> WhatIf<N> {
                 .map(|record| record.torque_applied)
                 // Only the bus was recorded: what the drives were told.
                 .or_else(|| sent_torque(source, cycle));
-            let (Some(counts), Some(recorded), Continuity::Whole) = (cycle.all_counts(), recorded, cycle.continuity)
+            let (Some(counts), Some(recorded), Continuity::Whole) = (source.counts(cycle), recorded, cycle.continuity)
             else {
                 // In the cycle that ended the run, no torque was sent.
                 let is_end = index + 1 == source.bus.len() && recorded.is_none();

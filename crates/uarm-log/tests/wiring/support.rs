@@ -82,6 +82,7 @@ pub fn robot() -> Robot<3, 2> {
     let period = Period::new(Duration::from_millis(3)).unwrap();
     let milliseconds = Duration::from_millis;
     Robot {
+        feedback_timeout: Duration::from_micros(2_250),
         name: "test".to_owned(),
         joints: [joint(1), joint(2), joint(3)],
         task: Task {
@@ -142,6 +143,7 @@ pub fn sync(tick: u64) -> Instant {
 pub fn bus_cycle(tick: u64, counts: [i32; 3]) -> BusCycle<3> {
     let ramp = 250 + 5 * i16::try_from(tick).unwrap();
     BusCycle {
+        commanded: true,
         sync_at: sync(tick),
         counter: None,
         counts: counts.map(Some),
@@ -161,7 +163,7 @@ pub fn run(cycles: u64) -> Run {
         let tick = Tick { index, elapsed: u64::from(index > 0), scheduled: due, woke: due };
         let k = i32::try_from(index).unwrap();
         let counts = [-k, 3 * k, 2 * k];
-        let signals = path.step(&tick, due, &counts, robot.period).unwrap();
+        let signals = path.step(&tick, due, &counts.map(Some), robot.period).unwrap();
         let instants = CycleInstants {
             scheduled: due,
             woke: due,
@@ -170,7 +172,7 @@ pub fn run(cycles: u64) -> Run {
             torque_out: due,
             done: due + Duration::from_millis(1),
         };
-        records.push(CycleRecord::new(&tick, &instants, &counts, &[0x27; 3], &signals));
+        records.push(CycleRecord::new(&tick, &instants, &[0x27; 3], &signals));
         bus.push(bus_cycle(index, counts));
         if index % 5 == 4 {
             keyframes.push((Some(index), path.freeze()));

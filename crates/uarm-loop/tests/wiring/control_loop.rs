@@ -63,7 +63,8 @@ impl Experiment {
         path.task_clock = TaskClock::new(self.source, self.motion.start());
         path.guard.start_tolerance = self.start_tolerance;
         let timing = TimingRecorder::new(self.period);
-        let mut control_loop = ControlLoop { path, timing, progress: &self.progress, stop: &self.stop };
+        let mut control_loop =
+            ControlLoop { path, feedback_timeout: self.period, timing, progress: &self.progress, stop: &self.stop };
         let mut schedule = Schedule::new(ORIGIN, period, self.overrun);
         let mut recorder = Recording { recorded: Recorded::default(), after };
         let end = control_loop.run(&mut self.drives, &mut self.clock, &mut schedule, &mut recorder);

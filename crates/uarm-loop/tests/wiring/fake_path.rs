@@ -25,6 +25,8 @@ pub enum Told {
     Update(f64),
     /// Which torques were cut.
     Limited([bool; 2]),
+    /// To hold Φ.
+    Hold,
 }
 
 /// Asks for `torque` plus the sum over its cycles of `gain` times the position error.
@@ -58,6 +60,10 @@ impl Controller<f64, 2> for FakeLaw {
 
     fn limited(&mut self, joints: LimitedJoints) {
         self.told.push(Told::Limited(joints));
+    }
+
+    fn hold_adaptation(&mut self) {
+        self.told.push(Told::Hold);
     }
 
     fn parameters(&self) -> &[f64] {

@@ -24,7 +24,7 @@ fn at(position: [f64; 3], velocity: [f64; 3]) -> Estimate<3> {
         velocity: velocity[index],
         acceleration: 1e9, // nobody limits it
     };
-    Estimate { joints: std::array::from_fn(joint), measured: [f64::NAN; 3] }
+    Estimate { joints: std::array::from_fn(joint), measured: [f64::NAN; 3], ..Estimate::default() }
 }
 
 /// A reference without tracking error, so that only the joint's own limits count.

@@ -35,7 +35,8 @@ fn indices_are_taken_over_the_task_alone() {
     let mut path = path(&mut law, motion());
     for index in 0..8 {
         let elapsed = u64::from(index > 0);
-        let signals = path.step(&tick(index, elapsed), Instant::default(), &[0, 300, 400], period()).unwrap();
+        let signals =
+            path.step(&tick(index, elapsed), Instant::default(), &[Some(0), Some(300), Some(400)], period()).unwrap();
         let cycles = i32::try_from(index).unwrap() - 2;
         assert_eq!(signals.time, f64::from(cycles) * PERIOD);
     }

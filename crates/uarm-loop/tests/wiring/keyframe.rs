@@ -37,8 +37,8 @@ fn step(path: &mut SignalPath<'_, 3, 2>, cycle: u64) -> CycleRecord<3, 2> {
     let sync_sent = Instant::from_nanoseconds(index * 3_000_000 + cycle * cycle % 5 * 100_000);
     let k = i32::try_from(cycle).unwrap();
     let counts = [k * k % 7, 10 * k + k * k % 3, -12 * k];
-    let signals = path.step(&tick(index, elapsed), sync_sent, &counts, period()).unwrap();
-    CycleRecord::new(&tick(index, elapsed), &CycleInstants::default(), &counts, &[0; 3], &signals)
+    let signals = path.step(&tick(index, elapsed), sync_sent, &counts.map(Some), period()).unwrap();
+    CycleRecord::new(&tick(index, elapsed), &CycleInstants::default(), &[0; 3], &signals)
 }
 
 #[test]

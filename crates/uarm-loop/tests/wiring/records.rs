@@ -1,6 +1,6 @@
 //! Every signal goes to its own field.
 
-use uarm_loop::estimation::Estimate;
+use uarm_loop::estimation::{AngleSource, Estimate};
 use uarm_loop::hinf_control::{
     AdaptationStatus, BaseMeasurement, Command, LimitedTorque, Measurement, Reference, TrackingError,
 };
@@ -22,6 +22,8 @@ fn signals() -> Signals<3, 2> {
         estimate: Estimate {
             joints: [joint(3.0, 4.0, 5.0), joint(6.0, 7.0, 8.0), joint(9.0, 10.0, 11.0)],
             measured: [12.0, 13.0, 14.0],
+            sources: [AngleSource::Measured, AngleSource::Missing, AngleSource::Measured],
+            counts: [35, 36, 37],
         },
         measurement: Measurement {
             position: Vector2::new(6.0, 9.0),
@@ -54,7 +56,7 @@ fn record() -> CycleRecord<3, 2> {
     let at = Instant::from_nanoseconds;
     let tick = Tick { index: 32, elapsed: 33, scheduled: at(1), woke: at(2) };
     let instants = CycleInstants { scheduled: at(34), ..CycleInstants::default() };
-    CycleRecord::new(&tick, &instants, &[35, 36, 37], &[38, 39, 40], &signals())
+    CycleRecord::new(&tick, &instants, &[38, 39, 40], &signals())
 }
 
 #[test]
@@ -66,6 +68,7 @@ fn a_record_takes_over_every_signal() {
         period: 2.0,
         instants: CycleInstants { scheduled: Instant::from_nanoseconds(34), ..CycleInstants::default() },
         counts: [35, 36, 37],
+        angle_sources: [AngleSource::Measured, AngleSource::Missing, AngleSource::Measured],
         statuswords: [38, 39, 40],
         measured_position: [12.0, 13.0, 14.0],
         position: [3.0, 6.0, 9.0],
@@ -89,7 +92,7 @@ fn a_record_takes_over_every_signal() {
     other.command.adaptation = AdaptationStatus { projected: false, at_bound: true, frozen: false, fell_back: true };
     let tick = Tick { index: 0, elapsed: 0, scheduled: Instant::default(), woke: Instant::default() };
     let CycleFlags { limited, projected, at_bound, frozen, fell_back } =
-        CycleRecord::new(&tick, &CycleInstants::default(), &[0; 3], &[0; 3], &other).flags;
+        CycleRecord::new(&tick, &CycleInstants::default(), &[0; 3], &other).flags;
     assert_eq!((limited, projected, at_bound, frozen, fell_back), ([true, false], false, true, false, true));
 }
 

@@ -95,8 +95,8 @@ impl<'a, L: Link, C: Clock> Enabled<'a, L, C> {
     /// Runs the trial; the drive stays enabled, with the last torque sent.
     ///
     /// # Errors
-    /// [`CycleError`]: anything that would end a run.
-    pub fn run(&mut self, plan: &Plan, stop: &StopRequest) -> Result<Trial, CycleError<L::Error>> {
+    /// [`TrialError`]: anything that would end a run, and a position that does not come.
+    pub fn run(&mut self, plan: &Plan, stop: &StopRequest) -> Result<Trial, TrialError<L::Error>> {
         let begin = self.clock.now();
         let mut tick = begin;
         let mut first = None;
@@ -137,13 +137,24 @@ impl<'a, L: Link, C: Clock> Enabled<'a, L, C> {
     }
 
     /// SYNC, and the position that belongs to it.
-    fn cycle_position(&mut self, tick: Instant, plan: &Plan) -> Result<i32, CycleError<L::Error>> {
+    fn cycle_position(&mut self, tick: Instant, plan: &Plan) -> Result<i32, TrialError<L::Error>> {
         self.network.sync()?;
         // A late tick must still find its answer.
         let deadline = tick.max(self.clock.now()) + plan.period;
         let [position] = self.network.collect(deadline)?.positions;
-        Ok(position)
+        position.ok_or(TrialError::NoPosition)
     }
+}
+
+/// Why a trial ended that should have gone on.
+#[derive(Debug, thiserror::Error)]
+pub enum TrialError<E> {
+    /// Bus or drive failed.
+    #[error(transparent)]
+    Cycle(#[from] CycleError<E>),
+    /// The drive did not answer a SYNC.
+    #[error("the drive sent no position in time for a SYNC")]
+    NoPosition,
 }
 
 impl<L: Link, C: Clock> Drop for Enabled<'_, L, C> {

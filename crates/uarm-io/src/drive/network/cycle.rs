@@ -1,24 +1,24 @@
 //! What happens in each cycle: SYNC out, feedback in, torques out, supervision.
 
 use super::configuration::EmergencyReaction;
-use super::error::{CycleError, NodeSet};
-use super::master::{DriveNetwork, Node};
+use super::error::CycleError;
+use super::master::{DriveNetwork, NO_DEADLINE, Node};
 use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
 use crate::drive::wire::{self, DriveCommand, EmergencyMessage, SyncCounter};
 use crate::link::Link;
 use crate::time::{Duration, Instant};
 use canopen_rs::NmtState;
 
-/// What all drives reported for one SYNC, joint 1 first.
+/// What the drives reported for one SYNC, joint 1 first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Feedback<const JOINTS: usize> {
     /// When the SYNC was handed to the link: the instant that the positions belong to.
     pub sync_at: Instant,
     /// Feedback latency: from there to the last drive's feedback.
     pub latency: Duration,
-    /// 6064h, counts.
-    pub positions: [i32; JOINTS],
-    /// 6041h.
+    /// 6064h, counts; nothing of a drive whose feedback did not come by the deadline, or was no feedback.
+    pub positions: [Option<i32>; JOINTS],
+    /// 6041h; of a drive whose feedback is missing, the last one that came.
     pub statuswords: [Statusword; JOINTS],
 }
 
@@ -35,6 +35,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     pub fn sync(&mut self) -> Result<Instant, CycleError<L::Error>> {
         self.drain()?;
         self.undisturbed().map_err(CycleError::Disturbed)?;
+        self.deadline = NO_DEADLINE;
         for node in &mut self.nodes {
             node.fresh = None;
             node.missed = false;
@@ -52,13 +53,18 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         Ok(self.sync_at)
     }
 
-    /// Takes in the drives' feedback, until all of it is here or `deadline` passes, and supervises the drives.
+    /// Takes in the drives' feedback, until all of it is here or `deadline` passes, and supervises the drives. What comes later
+    /// is counted as stale, in this cycle and the next.
+    ///
+    /// A drive whose feedback for the SYNC before is still under way may answer twice: both answers are waited for, and the
+    /// later one is taken.
     ///
     /// # Errors
     /// The first of: [`CycleError::Link`]; [`CycleError::Disturbed`]; an emergency, if the configuration says so; a drive that is not in
-    /// *Operation enabled*; missing feedback.
+    /// *Operation enabled*.
     pub fn collect(&mut self, deadline: Instant) -> Result<Feedback<JOINTS>, CycleError<L::Error>> {
-        while self.disturbance.is_none() && self.nodes.iter().any(|node| node.fresh.is_none()) {
+        self.deadline = deadline;
+        while self.disturbance.is_none() && self.nodes.iter().any(Node::is_awaited) {
             match self.link.receive(deadline)? {
                 Some(received) => {
                     self.absorb(&received);
@@ -73,7 +79,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         self.undisturbed().map_err(CycleError::Disturbed)?;
         self.alarms()?;
         self.enabled()?;
-        self.feedback()
+        Ok(self.feedback())
     }
 
     /// Sends the torques, per mille of each drive's rated torque, joint 1 first. Returns when the last was handed to
@@ -153,23 +159,19 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         Ok(())
     }
 
-    /// The feedback of all drives; counts what is missing.
-    fn feedback(&mut self) -> Result<Feedback<JOINTS>, CycleError<L::Error>> {
-        let mut missing = NodeSet::default();
-        for node in self.nodes.iter_mut().filter(|node| node.fresh.is_none()) {
-            node.missed = true;
-            node.health.missed_feedbacks += 1;
-            missing = missing.with(node.health.node);
+    /// The feedback of the drives; counts what is missing.
+    fn feedback(&mut self) -> Feedback<JOINTS> {
+        for node in &mut self.nodes {
+            node.missed = node.fresh.is_none();
+            node.late = node.missed;
+            node.health.missed_feedbacks += u64::from(node.missed);
         }
-        if !missing.is_empty() {
-            return Err(CycleError::Missing { missing, joints: JOINTS });
-        }
-        let feedbacks = self.nodes.map(|node| node.fresh.unwrap_or_default());
-        Ok(Feedback {
+        let fresh = self.nodes.iter().filter(|node| node.fresh.is_some());
+        Feedback {
             sync_at: self.sync_at,
-            latency: self.nodes.iter().map(|node| node.health.latency).max().unwrap_or_default(),
-            positions: feedbacks.map(|feedback| feedback.position),
-            statuswords: feedbacks.map(|feedback| feedback.statusword),
-        })
+            latency: fresh.map(|node| node.health.latency).max().unwrap_or_default(),
+            positions: self.nodes.map(|node| node.fresh.map(|feedback| feedback.position)),
+            statuswords: self.nodes.map(|node| node.health.statusword),
+        }
     }
 }

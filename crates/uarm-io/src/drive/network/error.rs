@@ -123,8 +123,7 @@ impl<E> From<SdoError<E>> for StartError<E> {
     }
 }
 
-/// What goes wrong in a cycle. After any of these the robot has to be stopped, but for [`CycleError::Missing`], where
-/// the loop may choose to bear a few.
+/// What goes wrong in a cycle. After any of these the robot has to be stopped.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CycleError<E> {
     /// The link failed.
@@ -133,14 +132,6 @@ pub enum CycleError<E> {
     /// Another master was heard, a drive booted anew, or two have one node id.
     #[error("{0}")]
     Disturbed(Disturbance),
-    /// Feedback did not come in time.
-    #[error("no feedback of node {missing} by the deadline, expected that of all {joints} drives")]
-    Missing {
-        /// Drives without feedback.
-        missing: NodeSet,
-        /// Drives in all.
-        joints: usize,
-    },
     /// A drive left *Operation enabled*.
     #[error("node {node} is in {found}, expected Operation enabled{}", LastEmergency(*.emergency))]
     NotEnabled {
@@ -177,38 +168,6 @@ pub enum CycleError<E> {
         /// The NMT state that it reported.
         found: NmtState,
     },
-}
-
-/// A set of nodes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct NodeSet(u128);
-
-impl NodeSet {
-    /// The set with `node` as well.
-    #[must_use]
-    pub const fn with(self, node: u8) -> Self {
-        Self(self.0 | 1 << (node & 127))
-    }
-
-    /// True if `node` is in it.
-    pub const fn contains(self, node: u8) -> bool {
-        self.0 >> (node & 127) & 1 == 1
-    }
-
-    /// True if no node is in it.
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-}
-
-impl fmt::Display for NodeSet {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (position, node) in (0..128_u8).filter(|node| self.contains(*node)).enumerate() {
-            let separator = if position == 0 { "" } else { ", " };
-            write!(formatter, "{separator}{node}")?;
-        }
-        Ok(())
-    }
 }
 
 /// An emergency message in words.

@@ -25,14 +25,19 @@ pub struct DriveNetwork<L: Link, const JOINTS: usize> {
     /// `None` for a SYNC without counter.
     pub(super) sync_counter: Option<SyncCounter>,
     pub(super) sync_at: Instant,
+    /// What comes after it does not belong to the last SYNC.
+    pub(super) deadline: Instant,
     pub(super) next_heartbeat: Instant,
     pub(super) traffic: Traffic,
-    /// The first since the last start.
     /// Is told what was learned of each drive, before any has power.
     pub(super) learned: Learned,
+    /// The first since the last start.
     pub(super) disturbance: Option<Disturbance>,
     pub(super) claim: BusClaim,
 }
+
+/// Before feedback is waited for, none of it is late.
+pub(super) const NO_DEADLINE: Instant = Instant::from_nanoseconds(u64::MAX);
 
 /// One drive as the master sees it.
 #[derive(Clone, Copy, Debug)]
@@ -65,6 +70,8 @@ pub(super) struct Node {
     pub(super) torque_is_fresh: bool,
     /// The deadline for that feedback has passed without it.
     pub(super) missed: bool,
+    /// Its feedback for the SYNC before may still come.
+    pub(super) late: bool,
     /// An emergency that was not reported yet.
     pub(super) alarm: Option<EmergencyMessage>,
     /// The last controlword sent.
@@ -134,6 +141,7 @@ impl Node {
             fresh: None,
             torque_is_fresh: false,
             missed: false,
+            late: false,
             alarm: None,
             controlword: Controlword::default(),
             health: NodeHealth { node: drive.node.raw(), ..NodeHealth::default() },
@@ -160,6 +168,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             configuration,
             nodes,
             sync_at: Instant::default(),
+            deadline: NO_DEADLINE,
             next_heartbeat: Instant::default(),
             traffic: Traffic::default(),
             learned: |_, _, _| {},

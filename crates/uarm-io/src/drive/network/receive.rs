@@ -31,7 +31,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     pub(super) fn absorb(&mut self, received: &Received) -> Event {
         self.traffic.received += 1;
         let earliest_feedback = self.sync_at + self.configuration.earliest_feedback;
-        let sync_at = self.sync_at;
+        let (sync_at, deadline) = (self.sync_at, self.deadline);
         if self.torque_feedback(received) {
             return Event::Nothing;
         }
@@ -49,7 +49,8 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             _ => None,
         };
         let read = match channel {
-            Channel::Tpdo1(_) if node.missed || received.at < earliest_feedback => {
+            Channel::Tpdo1(_) if node.missed || received.at < earliest_feedback || received.at > deadline => {
+                node.late = false;
                 node.health.stale_feedbacks += 1;
                 Ok(Event::Nothing)
             }
@@ -133,6 +134,11 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
 }
 
 impl Node {
+    /// True while there is feedback of it to wait for.
+    pub(super) fn is_awaited(&self) -> bool {
+        self.fresh.is_none() || self.late
+    }
+
     /// Takes one answer off those that are owed; false if none was. An answer that comes late is owed like any other.
     fn answers(&mut self) -> bool {
         let Some(owed) = &mut self.owed else { return true };
@@ -152,11 +158,15 @@ impl Node {
     }
 
     fn feedback(&mut self, feedback: DriveFeedback, at: Instant, latency: Duration) -> Event {
+        let is_first = self.fresh.replace(feedback).is_none();
         let health = &mut self.health;
-        if self.fresh.replace(feedback).is_some() {
-            health.surplus_feedbacks += 1;
-        } else {
+        if is_first {
             health.feedbacks += 1;
+        } else if core::mem::take(&mut self.late) {
+            // The one before it was the answer to the SYNC before.
+            health.stale_feedbacks += 1;
+        } else {
+            health.surplus_feedbacks += 1;
         }
         health.statusword = feedback.statusword;
         health.latency = latency;

@@ -2,11 +2,11 @@
 
 use super::configuration::Positions;
 use super::error::{OdriveCycleError, OdriveStartError};
-use super::master::{Axis, OdriveNetwork};
+use super::master::{Axis, NO_DEADLINE, OdriveNetwork};
 use super::{turns, wire};
 use crate::drive::RobotDrives;
 use crate::drive::identity::DriveIdentity;
-use crate::drive::network::{Feedback, NetworkHealth, NodeSet, StopReport};
+use crate::drive::network::{Feedback, NetworkHealth, StopReport};
 use crate::link::{Link, LinkHealth};
 use crate::time::{Clock, Duration, Instant};
 
@@ -38,8 +38,10 @@ where
     fn sync(&mut self, now: Instant) -> Result<Instant, Self::CycleError> {
         self.drain()?;
         self.traffic.cycles += 1;
+        self.deadline = NO_DEADLINE;
         for axis in &mut self.axes {
             axis.fresh = false;
+            axis.missed = false;
         }
         self.sync_at = match self.configuration.positions {
             Positions::Cyclic { .. } => now,
@@ -49,7 +51,11 @@ where
     }
 
     fn collect(&mut self, deadline: Instant) -> Result<Feedback<JOINTS>, Self::CycleError> {
-        while self.axes.iter().any(|axis| !self.is_usable(axis)) {
+        // Positions that come by themselves are never late: they belong to the cycle that finds them.
+        if self.configuration.positions == Positions::OnRequest {
+            self.deadline = deadline;
+        }
+        while self.axes.iter().any(|axis| axis.late || !self.is_usable(axis)) {
             match self.link.receive(deadline)? {
                 Some(received) => {
                     self.absorb(&received);
@@ -134,31 +140,28 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
         }
     }
 
-    /// The positions of all axes; counts what is missing. The latency is that of the answer that took longest, or the age of
+    /// The positions of the axes; counts what is missing. The latency is that of the answer that took longest, or the age of
     /// the oldest cyclic position.
     fn feedback(&mut self) -> Result<Feedback<JOINTS>, OdriveCycleError<L::Error>> {
         let usable = self.axes.each_ref().map(|axis| self.is_usable(axis));
-        let mut missing = NodeSet::default();
-        for (axis, _) in self.axes.iter_mut().zip(usable).filter(|(_, usable)| !usable) {
-            axis.missed = self.configuration.positions == Positions::OnRequest;
-            axis.health.missed_feedbacks += 1;
-            missing = missing.with(axis.node.raw());
-        }
-        if !missing.is_empty() {
-            return Err(OdriveCycleError::Missing { missing, joints: JOINTS });
-        }
         let sync_at = self.sync_at;
-        let mut positions = [0; JOINTS];
+        let mut positions = [None; JOINTS];
         let mut latency = Duration::ZERO;
-        for ((position, axis), made) in positions.iter_mut().zip(&mut self.axes).zip(&self.configuration.axes) {
-            let (estimates, at) = axis.estimate.unwrap_or_default();
+        let axes = self.axes.iter_mut().zip(&self.configuration.axes).zip(usable);
+        for (position, ((axis, made), usable)) in positions.iter_mut().zip(axes) {
+            axis.missed = !usable && self.configuration.positions == Positions::OnRequest;
+            axis.late = axis.missed;
+            let Some((estimates, at)) = axis.estimate.filter(|_| usable) else {
+                axis.health.missed_feedbacks += 1;
+                continue;
+            };
             axis.latency(match self.configuration.positions {
                 Positions::OnRequest => at.since(sync_at),
                 Positions::Cyclic { .. } => sync_at.since(at),
             });
             latency = latency.max(axis.health.latency);
-            *position = turns::counts(estimates.position, made.counts_per_turn)
-                .map_err(|source| OdriveCycleError::Position { axis: axis.node, source })?;
+            let counts = turns::counts(estimates.position, made.counts_per_turn);
+            *position = Some(counts.map_err(|source| OdriveCycleError::Position { axis: axis.node, source })?);
         }
         let statuswords = self.axes.map(|axis| axis.health.statusword);
         Ok(Feedback { sync_at, latency, positions, statuswords })

@@ -2,7 +2,6 @@
 
 use super::turns::TurnsError;
 use super::wire::{AxisNode, Heartbeat};
-use crate::drive::network::NodeSet;
 use crate::time::Duration;
 use core::fmt;
 
@@ -78,14 +77,6 @@ pub enum OdriveCycleError<E> {
     /// The link failed.
     #[error("the CAN link failed")]
     Link(#[from] E),
-    /// Positions did not come in time.
-    #[error("no position of ODrive axis {missing} by the deadline, expected that of all {joints} axes")]
-    Missing {
-        /// Axes without a position.
-        missing: NodeSet,
-        /// Axes in all.
-        joints: usize,
-    },
     /// A position cannot be used.
     #[error("ODrive axis {axis}: {source}")]
     Position {

@@ -16,9 +16,14 @@ pub struct OdriveNetwork<L: Link, const JOINTS: usize> {
     pub(super) configuration: OdriveConfiguration<JOINTS>,
     pub(super) axes: [Axis; JOINTS],
     pub(super) sync_at: Instant,
+    /// What comes after it does not answer the last request.
+    pub(super) deadline: Instant,
     pub(super) next_feed: Instant,
     pub(super) traffic: Traffic,
 }
+
+/// Before an answer is waited for, none is late.
+pub(super) const NO_DEADLINE: Instant = Instant::from_nanoseconds(u64::MAX);
 
 /// One axis as the master sees it.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +35,8 @@ pub(super) struct Axis {
     pub(super) fresh: bool,
     /// The deadline for the answer to a request has passed without it.
     pub(super) missed: bool,
+    /// The answer to the request before may still come.
+    pub(super) late: bool,
     pub(super) heartbeat: Heartbeat,
     /// [`LastDefence::RpdoTimeout`] once its watchdog was seen to disarm it.
     pub(super) last_defence: LastDefence,
@@ -53,12 +60,13 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
             estimate: None,
             fresh: false,
             missed: false,
+            late: false,
             heartbeat: Heartbeat::default(),
             last_defence: LastDefence::None,
             health: NodeHealth { node: axis.node.raw(), ..NodeHealth::default() },
         });
         let (sync_at, next_feed) = (Instant::default(), Instant::default());
-        Self { link, configuration, axes, sync_at, next_feed, traffic: Traffic::default() }
+        Self { link, configuration, axes, sync_at, deadline: NO_DEADLINE, next_feed, traffic: Traffic::default() }
     }
 
     /// The link to the bus.
@@ -110,13 +118,13 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
         self.traffic.received += 1;
         let sender = Message::of(received.frame.id())
             .and_then(|(message, node)| Some((message, self.axes.iter_mut().find(|axis| axis.node == node)?)));
-        let data = received.frame.data();
+        let (data, deadline) = (received.frame.data(), self.deadline);
         let read = match sender {
             Some((Message::Heartbeat, axis)) => {
                 Heartbeat::decode(data).map(|heartbeat| axis.alive(heartbeat, received.at)).is_ok().then_some(axis)
             }
             Some((Message::EncoderEstimates, axis)) => EncoderEstimates::decode(data)
-                .map(|estimates| axis.position(estimates, received.at))
+                .map(|estimates| axis.position(estimates, received.at, deadline))
                 .is_ok()
                 .then_some(axis),
             Some(_) | None => {
@@ -167,17 +175,21 @@ impl Axis {
         self.heartbeat = heartbeat;
     }
 
-    fn position(&mut self, estimates: EncoderEstimates, at: Instant) {
+    fn position(&mut self, estimates: EncoderEstimates, at: Instant, deadline: Instant) {
         let health = &mut self.health;
-        if core::mem::take(&mut self.missed) {
+        if self.missed || at > deadline {
             // The answer to a request whose cycle is over.
+            self.late = false;
             health.stale_feedbacks += 1;
             return;
         }
-        if self.fresh {
-            health.surplus_feedbacks += 1;
-        } else {
+        if !self.fresh {
             health.feedbacks += 1;
+        } else if core::mem::take(&mut self.late) {
+            // The one before it was the answer to the request before.
+            health.stale_feedbacks += 1;
+        } else {
+            health.surplus_feedbacks += 1;
         }
         self.fresh = true;
         self.estimate = Some((estimates, at));

@@ -196,7 +196,7 @@ fn two_drives_are_found_after_missed_syncs_too() {
     let mut network = started();
     network.link_mut().drives[1].script.ignores_syncs = (1..=20).collect();
     for _ in 0..20 {
-        assert!(matches!(collect(&mut network), Err(CycleError::Missing { .. })));
+        assert_eq!(collect(&mut network).unwrap().positions[1], None);
     }
     network.link_mut().drives[1].script.answers_twice = true;
     let found = (0..3).find_map(|_| collect(&mut network).err());

@@ -361,7 +361,7 @@ fn pdos_have_the_identifiers_of_the_configuration() {
     assert_eq!(value(&network, 2, &TPDO1_IDENTIFIER), Value::Unsigned32(0x1F3));
     let now = network.link().clock.now();
     network.sync().unwrap();
-    assert_eq!(network.collect(now + Duration::from_millis(2)).unwrap().positions, [0, 0, 77]);
+    assert_eq!(network.collect(now + Duration::from_millis(2)).unwrap().positions, [Some(0), Some(0), Some(77)]);
 }
 
 /// Only joint 3 sends it.
