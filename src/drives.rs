@@ -12,6 +12,7 @@ use uarm_loop::guard::{LimitViolation, Quantity};
 use uarm_loop::record::Recorder;
 use uarm_loop::robot::Protocol;
 use uarm_loop::run::{Finished, Observer, RunError, run};
+use uarm_loop::schedule::{Allowed, Overrun};
 use uarm_loop::settings::Settings;
 
 use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
@@ -22,6 +23,8 @@ use crate::error_text::with_causes;
 pub struct Ended<R> {
     /// The end, or the first cause of an early one.
     pub end: Result<LoopEnd, Failure>,
+    /// Faults after the first cause.
+    pub later_faults: u64,
     /// What came of the run.
     pub outcome: Outcome,
     /// What the drives said when they were stopped.
@@ -110,9 +113,9 @@ where
     S: std::error::Error + Coded + Send + Sync + 'static,
     C: std::error::Error + Coded + Send + Sync + 'static,
 {
-    let Finished { end, outcome, stop, recorder } = finished;
+    let Finished { end, later_faults, outcome, stop, recorder } = finished;
     let end = end.map_err(|error| Failure { code: error.code(), hint: hint(&error), cause: anyhow::Error::new(error) });
-    Ended { end, outcome, stop, recorder }
+    Ended { end, later_faults, outcome, stop, recorder }
 }
 
 fn hint<S, C>(error: &RunError<S, C>) -> Option<&'static str> {
@@ -123,7 +126,9 @@ fn hint<S, C>(error: &RunError<S, C>) -> Option<&'static str> {
         RunError::Forbidden(LimitViolation { quantity: Quantity::ApproachVelocity, .. }) => {
             Some("--approach says how long it may take")
         }
-        RunError::Loop(LoopFault::Overrun(_)) => Some("--overrun skip would go on"),
+        RunError::Loop(LoopFault::Overrun(Overrun { allowed: Allowed::None, .. })) => {
+            Some("--overrun skip would go on")
+        }
         RunError::Approach(_) => Some("--approach says how long it may take"),
         _ => None,
     }

@@ -157,13 +157,78 @@ fn at_the_end_of_the_motion() {
     assert_braked(&seen);
 }
 
+/// What each joint's drive was sent as target torque, per mille, from the first cycle after so many SYNCs on.
+fn torques_after(seen: &Seen, syncs: usize) -> Vec<[i16; 3]> {
+    let mut cycles = Vec::new();
+    for frame in &seen.sent {
+        match Channel::of(frame.id()) {
+            Some(Channel::Sync) => cycles.push([0; 3]),
+            Some(Channel::Rpdo1(node)) => {
+                let torque = i16::from_le_bytes([frame.data()[2], frame.data()[3]]);
+                if let Some(cycle) = cycles.last_mut() {
+                    // The stop after the last cycle sends torque 0 again.
+                    cycle[usize::from(node.raw()) - 1] = torque;
+                }
+            }
+            _ => {}
+        }
+    }
+    cycles.split_off(syncs)
+}
+
+/// 50 ms are 16 2/3 periods: in the seventeenth cycle after the request nothing is left.
 #[test]
-fn when_somebody_asks_for_it() {
+fn when_somebody_asks_for_it_the_torques_fade_first() {
     let robot = Robot::load(None).unwrap();
     let stop = StopRequest::default();
     let (finished, seen) = run(&robot, NoRecorder, &stop, |_| stop.make());
     assert_eq!(finished.unwrap().end.unwrap(), LoopEnd::Interrupted);
     assert_braked(&seen);
+    let torques = torques_after(&seen, IN_MOTION - 1);
+    let before = torques[0].map(f64::from);
+    assert!(before[1].abs() > 50.0, "{before:?}");
+    assert_eq!(torques.len(), 1 + 17, "{torques:?}");
+    for (cycle, torque) in torques.iter().enumerate().skip(1) {
+        let left = (1.0 - 3.0 * f64::from(u32::try_from(cycle).unwrap()) / 50.0).max(0.0);
+        for joint in 0..3 {
+            assert!(f64::from(torque[joint]).abs() <= before[joint].abs() * left + 0.5 * (1.0 + left), "{torques:?}");
+        }
+    }
+    assert!(torques[9][1].abs() > 10, "it is a ramp: {torques:?}");
+    assert_eq!(torques[17], [0; 3]);
+}
+
+#[test]
+fn when_somebody_asks_twice_the_rest_of_the_ramp_is_skipped() {
+    /// Asks again in the third cycle of the ramp.
+    struct Impatient(usize, StopRequest);
+    impl Recorder<JOINTS, ACTIVE> for Impatient {
+        fn record(&mut self, _record: &CycleRecord) {
+            self.0 += 1;
+            if self.0 == IN_MOTION + 3 {
+                self.1.make();
+            }
+        }
+    }
+    let robot = Robot::load(None).unwrap();
+    let stop = StopRequest::default();
+    let (finished, seen) = run(&robot, Impatient(0, stop.clone()), &stop, |_| stop.make());
+    assert_eq!(finished.unwrap().end.unwrap(), LoopEnd::Interrupted);
+    assert_braked(&seen);
+    assert_eq!(seen.syncs, IN_MOTION + 3);
+}
+
+#[test]
+fn who_asks_before_the_brakes_open_keeps_them_closed() {
+    let robot = Robot::load(None).unwrap();
+    let stop = StopRequest::default();
+    stop.make();
+    let (finished, seen) = run(&robot, NoRecorder, &stop, |_| {});
+    let finished = finished.unwrap();
+    assert_eq!((finished.end.unwrap(), finished.outcome.last_time), (LoopEnd::Interrupted, None));
+    let enables =
+        |frame: &&Frame| matches!(Channel::of(frame.id()), Some(Channel::Rpdo1(_))) && frame.data()[0] & 0b1000 != 0;
+    assert_eq!((seen.syncs, seen.sent.iter().find(enables)), (0, None), "no drive was told to enable operation");
 }
 
 #[test]

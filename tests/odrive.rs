@@ -1,5 +1,7 @@
 //! ODrive axes instead of CiA 402 drives, in virtual time: the paper's task, what no SYNC costs, no allocation, every exit.
 
+mod support;
+
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::path::Path;
@@ -264,7 +266,9 @@ fn the_cycle_allocates_nothing() {
     drives.start(&clock).unwrap();
     let first = clock.now() + Duration::from_millis(3);
     let mut schedule = Schedule::new(first, robot.description.period, OverrunPolicy::Skip);
-    let end = assert_no_alloc(|| control_loop.run(&mut drives, &mut clock, &mut schedule, &mut NoRecorder));
+    let mut supervisor = support::running_supervisor();
+    let end =
+        assert_no_alloc(|| control_loop.run(&mut drives, &mut clock, &mut schedule, &mut NoRecorder, &mut supervisor));
     assert_eq!(end.unwrap(), LoopEnd::Completed);
     assert!(drives.stop(&clock).all_off());
 }

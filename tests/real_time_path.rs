@@ -86,7 +86,9 @@ fn run_watched(law: Law, guard: AdaptationGuard, recording: &mut Recording<JOINT
     let mut schedule =
         Schedule::new(clock.now() + Duration::from_millis(3), robot.description.period, OverrunPolicy::Skip);
 
-    let end = assert_no_alloc(|| control_loop.run(&mut drives, &mut clock, &mut schedule, loop_recorder));
+    let mut supervisor = support::running_supervisor();
+    let end =
+        assert_no_alloc(|| control_loop.run(&mut drives, &mut clock, &mut schedule, loop_recorder, &mut supervisor));
 
     assert_eq!(end.unwrap(), LoopEnd::Completed);
     assert!(drives.stop(&clock).all_off());

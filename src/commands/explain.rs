@@ -93,7 +93,10 @@ const fn page(fault: FaultCode) -> &'static str {
         JointVelocity = "joint-velocity",
         TrackingError = "tracking-error",
         TorqueInvalid = "torque-invalid",
+        NotFinite = "not-finite",
+        TorqueSaturated = "torque-saturated",
         Overrun = "overrun",
+        StopUnconfirmed = "stop-unconfirmed",
     }
 }
 

@@ -1,4 +1,4 @@
-//! The controllers' weights and the estimator: checked.
+//! The controllers' weights, the estimator and the loop's reactions: checked.
 
 use std::fmt;
 
@@ -7,8 +7,11 @@ use hinf_control::{AdaptationGuard, AdaptationSettings, BuildContext, Law};
 use uarm_io::encoder::CountsPerRevolution;
 use uarm_io::estimator::{AnyEstimator, EstimatorConfiguration, KalmanSettings};
 use uarm_io::time::Duration;
+use uarm_loop::fade::StopRamp;
 use uarm_loop::period::Period;
 use uarm_loop::robot::Bus;
+use uarm_loop::saturation::SaturationLimit;
+use uarm_loop::schedule::OverrunsInARow;
 
 use super::error::{Checker, RobotError};
 use super::file::{self, RobotFile};
@@ -55,6 +58,29 @@ pub(super) fn feedback_timeout(
         period.as_micros()
     );
     Err(check.refuse("control.feedback_timeout_us", microseconds, expected))
+}
+
+/// How many late cycles in a row end a run.
+pub(super) fn overruns_in_a_row(control: &file::Control, check: &Checker<'_>) -> Result<OverrunsInARow, RobotError> {
+    let Some(found) = control.overruns_in_a_row else { return Ok(OverrunsInARow::default()) };
+    let expected = || format!("1 to {} late cycles", OverrunsInARow::MOST);
+    OverrunsInARow::new(found).ok_or_else(|| check.refuse("control.overruns_in_a_row", found, expected()))
+}
+
+/// How long a stop that somebody asks for takes.
+pub(super) fn stop_ramp(control: &file::Control, check: &Checker<'_>) -> Result<StopRamp, RobotError> {
+    let Some(found) = control.stop_ramp_ms else { return Ok(StopRamp::default()) };
+    let expected = || format!("0 to {} (0: no ramp)", StopRamp::LONGEST.as_millis());
+    StopRamp::new(Duration::from_millis(found.into()))
+        .ok_or_else(|| check.refuse("control.stop_ramp_ms", found, expected()))
+}
+
+/// For how long a torque may be cut.
+pub(super) fn saturation_limit(control: &file::Control, check: &Checker<'_>) -> Result<SaturationLimit, RobotError> {
+    let Some(found) = control.saturation_stop_ms else { return Ok(SaturationLimit::default()) };
+    let expected = || format!("1 to {}", SaturationLimit::LONGEST.as_millis());
+    SaturationLimit::new(Duration::from_millis(found.into()))
+        .ok_or_else(|| check.refuse("control.saturation_stop_ms", found, expected()))
 }
 
 /// The estimator of one joint, whose encoder has this many counts.

@@ -84,6 +84,12 @@ pub struct Control {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feedback_timeout_us: Option<u32>,
     pub tracking_error_limit_deg: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub overruns_in_a_row: Option<u8>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop_ramp_ms: Option<u16>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub saturation_stop_ms: Option<u16>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -154,6 +154,9 @@ impl Robot {
                 tracking_error_limit: check
                     .within("control.tracking_error_limit_deg", file.control.tracking_error_limit_deg, 0.1, 360.0)?
                     .to_radians(),
+                overruns_in_a_row: control::overruns_in_a_row(&file.control, &check)?,
+                saturation_limit: control::saturation_limit(&file.control, &check)?,
+                stop_ramp: control::stop_ramp(&file.control, &check)?,
                 bus,
             },
             model,

@@ -12,6 +12,7 @@ use uarm_log::description::{LogHeader, MachineDescription, RunDescription};
 use uarm_log::time_axis::TimeAxis;
 use uarm_log::writer::LogWriter;
 use uarm_loop::settings::Settings;
+use uarm_loop::supervisor::{Ordinary, Supervisor};
 
 /// Runs `uarm` in the folder of scratch files, so that logs that nobody named go there.
 pub fn uarm(arguments: &[&str]) -> Output {
@@ -33,6 +34,15 @@ pub fn standard_output(arguments: &[&str]) -> String {
 /// A file of this test run, gone with the build folder.
 pub fn scratch(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// A supervisor of a robot whose drives are enabled.
+pub fn running_supervisor() -> Supervisor<()> {
+    let mut supervisor = Supervisor::default();
+    for event in [Ordinary::Begin, Ordinary::Prepared, Ordinary::Enabled] {
+        supervisor.take(event);
+    }
+    supervisor
 }
 
 /// The log of a run of the built-in robot in virtual time, begun.

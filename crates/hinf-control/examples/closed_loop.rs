@@ -47,7 +47,7 @@ fn run(law: Law, settings: &ControllerSettings) -> Result<PerformanceIndices<f64
         let desired = reference.at(time.as_secs_f64());
         let elapsed = if time.is_zero() { 0.0 } else { period.as_secs_f64() };
         let command = controller.update(&measurement, &desired, elapsed);
-        let torque = limiter.limit(command.torque, period.as_secs_f64());
+        let torque = limiter.limit(command.torque, period.as_secs_f64())?;
         controller.limited(torque.limited);
         indices.record(&TrackingError::new(&measurement, &desired), &torque.applied, period.as_secs_f64());
         let step = period.as_secs_f64() / f64::from(SUBSTEPS);

@@ -51,7 +51,7 @@ pub struct Command<T: Scalar, const N: usize = 2> {
     pub adaptation: AdaptationStatus,
 }
 
-/// What a law met in one cycle. Only `fell_back` can be `true` for a law that does not adapt.
+/// What a law met in one cycle. Only `fell_back` and `not_finite` can be `true` for a law that does not adapt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptationStatus {
     /// The projection moved Φ back to the border of its set.
@@ -65,19 +65,22 @@ pub struct AdaptationStatus {
     /// torque is zero, and Φ stands still over this step and the next, see [`Command::fallback`]. Other substitutes are
     /// documented with each law.
     pub fell_back: bool,
+    /// The reason was a number that is not finite, in an input, Φ or the result: [`Command::fallback`]. Whoever sends the torques
+    /// should stop then.
+    pub not_finite: bool,
 }
 
 impl<T: Scalar, const N: usize> Command<T, N> {
     /// What leaves a law when its inputs or its result are not finite: no torque.
     ///
-    /// Zero is the one torque that is safe without knowledge: the drives' own watchdogs and the loop's checks act on
-    /// [`AdaptationStatus::fell_back`]. An adaptive law keeps Φ as it was before the cycle and sets Φ̇ to zero, so that Φ
+    /// Zero is the one torque that is safe without knowledge: whoever sends the torques stops upon
+    /// [`AdaptationStatus::not_finite`]. An adaptive law keeps Φ as it was before the cycle and sets Φ̇ to zero, so that Φ
     /// stands still over the coming step too: a cycle that cannot be trusted teaches nothing.
     pub fn fallback(status: AdaptationStatus) -> Self {
         Self {
             torque: SVector::zeros(),
             control_input: SVector::zeros(),
-            adaptation: AdaptationStatus { fell_back: true, ..status },
+            adaptation: AdaptationStatus { fell_back: true, not_finite: true, ..status },
         }
     }
 

@@ -21,7 +21,7 @@
 //! let mut limiter = TorqueLimiter::new(TorqueLimits::new(Vector2::new(0.3, 0.3))?);
 //! let reference = QuinticReference::paper();
 //!
-//! // Each cycle: nothing here fails, allocates or reads a clock.
+//! // Each cycle: nothing here allocates or reads a clock; only a torque that is no number is an error.
 //! let (time, period) = (0.003, 0.003);
 //! let measurement = Measurement {
 //!     position: *reference.start(),
@@ -29,7 +29,7 @@
 //!     base: BaseMeasurement { position: 0.0, velocity: 0.0, acceleration: 0.0 },
 //! };
 //! let command = law.update(&measurement, &reference.at(time), period);
-//! let torque = limiter.limit(command.torque, period);
+//! let torque = limiter.limit(command.torque, period)?;
 //! law.limited(torque.limited);
 //! assert_eq!(torque.applied, command.torque);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -139,7 +139,7 @@ pub use laws::neural::Neural;
 pub use laws::neural_model::NeuralModel;
 pub use laws::nonlinear::NonlinearHInfinity;
 pub use laws::{AnyController, ControllerSettings, Law};
-pub use limiter::{LimitedTorque, TorqueLimitError, TorqueLimiter, TorqueLimits};
+pub use limiter::{LimitedTorque, TorqueLimitError, TorqueLimiter, TorqueLimits, TorqueNotFinite};
 pub use neural_network::{NETWORK_INPUTS, NETWORK_PARAMETERS, NEURONS, NetworkError, TanhNetworks};
 pub use nominal_model::{NominalForm, NominalModel};
 pub use reference::{QuinticReference, ReferenceError};

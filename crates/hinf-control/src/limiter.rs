@@ -67,10 +67,20 @@ fn first_not_positive<T: Scalar, const N: usize>(values: &SVector<T, N>) -> Opti
     values.iter().find(|value| !(value.is_finite() && **value > T::zero())).map(|value| value.to_f64())
 }
 
+/// A torque that is no finite number was asked for: there is nothing to limit.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("the torque asked of active joint {joint} is {found}, expected a finite number")]
+pub struct TorqueNotFinite {
+    /// The active joint, counted from 1.
+    pub joint: usize,
+    /// What was asked for, N·m.
+    pub found: f64,
+}
+
 /// What came in and what goes out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitedTorque<T: Scalar, const N: usize = 2> {
-    /// What the law asked for, N·m, as it came: it may be non-finite.
+    /// What was asked for, N·m.
     pub requested: SVector<T, N>,
     /// What the drives get, N·m: always finite and within the limits.
     pub applied: SVector<T, N>,
@@ -79,8 +89,6 @@ pub struct LimitedTorque<T: Scalar, const N: usize = 2> {
 }
 
 /// Keeps torques within [`TorqueLimits`]. Remembers the torque applied last, zero at first.
-///
-/// A non-finite request counts as a request for zero torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueLimiter<T: Scalar, const N: usize = 2> {
     limits: TorqueLimits<T, N>,
@@ -111,10 +119,15 @@ impl<T: Scalar, const N: usize> TorqueLimiter<T, N> {
 
     /// Limits `requested` (N·m). `period` (s) is the time over which the torque may change: the scheduled period, on the
     /// first call too. If it is not positive and finite, a limited rate leaves the torque where it was.
-    pub fn limit(&mut self, requested: SVector<T, N>, period: T) -> LimitedTorque<T, N> {
-        let saturated = requested.zip_map(&self.limits.magnitude, |torque, magnitude| {
-            if torque.is_finite() { torque.clamp(-magnitude, magnitude) } else { T::zero() }
-        });
+    ///
+    /// # Errors
+    /// [`TorqueNotFinite`] for the first such request; the limiter is as it was before.
+    pub fn limit(&mut self, requested: SVector<T, N>, period: T) -> Result<LimitedTorque<T, N>, TorqueNotFinite> {
+        if let Some((index, torque)) = requested.iter().enumerate().find(|(_, torque)| !torque.is_finite()) {
+            return Err(TorqueNotFinite { joint: index + 1, found: torque.to_f64() });
+        }
+        let saturated =
+            requested.zip_map(&self.limits.magnitude, |torque, magnitude| torque.clamp(-magnitude, magnitude));
         let applied = match self.limits.rate {
             None => saturated,
             Some(rate) => {
@@ -125,7 +138,7 @@ impl<T: Scalar, const N: usize> TorqueLimiter<T, N> {
             }
         };
         self.applied = applied;
-        LimitedTorque { requested, applied, limited: applied.zip_map(&requested, |a, r| a != r).into() }
+        Ok(LimitedTorque { requested, applied, limited: applied.zip_map(&requested, |a, r| a != r).into() })
     }
 
     /// Back to zero torque.

@@ -1,7 +1,7 @@
 //! The reference meets its own boundary conditions; the limiter keeps its promises.
 
 use approx::assert_relative_eq;
-use hinf_control::{QuinticReference, ReferenceError, TorqueLimitError, TorqueLimiter, TorqueLimits};
+use hinf_control::{QuinticReference, ReferenceError, TorqueLimitError, TorqueLimiter, TorqueLimits, TorqueNotFinite};
 use nalgebra::Vector2;
 use proptest::prelude::*;
 
@@ -39,7 +39,7 @@ fn an_open_limiter_changes_nothing_to_the_bit() {
     let mut limiter = TorqueLimiter::new(limits);
     for step in 0..100 {
         let requested = Vector2::new((f64::from(step) * 0.1).sin() / 3.0, -0.07);
-        let limited = limiter.limit(requested, 0.003);
+        let limited = limiter.limit(requested, 0.003).unwrap();
         assert_eq!(limited.applied, requested);
         assert_eq!(limited.limited, [false, false]);
     }
@@ -83,7 +83,16 @@ proptest! {
         let time = if period.is_finite() { period.max(0.0) } else { 0.0 };
         let mut before = Vector2::<f64>::zeros();
         for request in requests {
-            let limited = limiter.limit(request, period);
+            let frozen = limiter;
+            let limited = match limiter.limit(request, period) {
+                Ok(limited) => limited,
+                Err(TorqueNotFinite { joint, .. }) => {
+                    prop_assert!(!request[joint - 1].is_finite() && request.iter().take(joint - 1).all(|t| t.is_finite()));
+                    prop_assert_eq!(limiter, frozen);
+                    continue;
+                }
+            };
+            prop_assert!(request.iter().all(|torque| torque.is_finite()));
             for joint in 0..2 {
                 let applied = limited.applied[joint];
                 prop_assert!(applied.abs() <= magnitude[joint]);

@@ -55,7 +55,7 @@ fn a_law_for_three_joints_runs_between_reference_and_limiter() {
     let measurement = Measurement { position: desired.position, velocity: Vector3::zeros(), base };
     let command = law.update(&measurement, &desired, 0.0);
     assert_eq!(command.torque, desired.velocity);
-    let torque = limiter.limit(command.torque, 0.5);
+    let torque = limiter.limit(command.torque, 0.5).unwrap();
     assert_eq!(torque.applied, Vector3::new(0.9375, 1.0, 1.0));
     assert_eq!(torque.limited, [false, true, true]);
     // Φ = 0.5 s · q̇ᵈ after the first step.

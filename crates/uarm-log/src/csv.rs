@@ -3,7 +3,8 @@
 
 use std::io::{self, Write};
 
-use uarm_loop::record::{ActualTorque, CycleRecord};
+use uarm_loop::record::CycleRecord;
+use uarm_loop::torque::ActualTorque;
 
 use crate::signals::{Value, signals};
 
@@ -90,7 +91,7 @@ mod tests {
         assert!(!lines(&[silent])[0].contains("torque_actual"));
         let lines = lines(&[silent, reported]);
         assert!(lines[0].ends_with(
-            "fell_back,torque_actual_3_per_mille,torque_actual_3_nm,woke_ns,sync_sent_ns,counts_in_ns,torque_out_ns,done_ns"
+            "fell_back,stopping,torque_actual_3_per_mille,torque_actual_3_nm,woke_ns,sync_sent_ns,counts_in_ns,torque_out_ns,done_ns"
         ));
         assert!(lines[1].ends_with(",0,,,0,0,0,0,0"), "{}", lines[1]);
         assert!(lines[2].ends_with(",0,-257,-0.5,0,0,0,0,0"), "{}", lines[2]);

@@ -7,8 +7,10 @@ use crate::proto::{ControlSample, DriveState, DriveStates, LoopTiming, drive_sta
 use crate::shape::{ShapeError, array, array_ref};
 use crate::time_axis::TimeAxis;
 use uarm_loop::estimation::AngleSource;
-use uarm_loop::record::{ActualTorque, CycleFlags, CycleRecord};
+use uarm_loop::record::{CycleFlags, CycleRecord};
+use uarm_loop::supervisor::Authority;
 use uarm_loop::timing::CycleInstants;
+use uarm_loop::torque::ActualTorque;
 
 /// The three messages of a cycle.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +46,7 @@ impl CycleMessages {
             elapsed_ticks: timing.elapsed_ticks,
             time: control.time,
             period: control.period,
+            authority: if control.stopping { Authority::Fading } else { Authority::Full },
             instants: CycleInstants {
                 scheduled: axis.instant(timing.scheduled_ns),
                 woke: axis.instant(timing.woke_ns),
@@ -115,6 +118,7 @@ fn control<const J: usize, const N: usize>(record: &CycleRecord<J, N>) -> Contro
         at_bound,
         frozen,
         fell_back,
+        stopping: record.authority == Authority::Fading,
     }
 }
 
@@ -184,7 +188,7 @@ mod tests {
         let numbers = prop::collection::vec(any::<u64>().prop_map(f64::from_bits), 80);
         let instants = prop::array::uniform6(0..1_u64 << 60);
         let actual = any::<[Option<(i16, u64)>; 3]>();
-        let words = (any::<[i32; 3]>(), any::<[u16; 3]>(), any::<[i16; 3]>(), any::<[bool; 9]>(), actual);
+        let words = (any::<[i32; 3]>(), any::<[u16; 3]>(), any::<[i16; 3]>(), any::<[bool; 10]>(), actual);
         (any::<[u64; 2]>(), numbers, instants, words, 0..=PARAMETER_CAPACITY).prop_map(
             |(
                 [tick, elapsed_ticks],
@@ -201,6 +205,7 @@ mod tests {
                     elapsed_ticks,
                     time: next(),
                     period: next(),
+                    authority: if flags[9] { Authority::Fading } else { Authority::Full },
                     instants: CycleInstants { scheduled, woke, sync_sent, counts_in, torque_out, done },
                     counts,
                     angle_sources: [flags[6], flags[7], flags[8]]

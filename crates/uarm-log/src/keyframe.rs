@@ -22,6 +22,8 @@ pub fn message<const J: usize, const N: usize>(state: &Keyframe<J, N>, axis: Tim
         joints: state.joints.iter().map(joint).collect(),
         controller: state.controller.values().to_vec(),
         torque_applied: state.torque_applied.as_slice().to_vec(),
+        torque_output: state.torque_output.as_slice().to_vec(),
+        saturation: state.saturation.to_vec(),
         approach: state.approach.map(|approach| keyframe::Approach {
             from: approach.from.as_slice().to_vec(),
             duration: approach.duration,
@@ -63,6 +65,8 @@ pub fn state<const J: usize, const N: usize>(
         controller,
         joints: joints.each_ref().map(joint_state),
         torque_applied: array("Keyframe.torque_applied", &message.torque_applied)?.into(),
+        torque_output: later("Keyframe.torque_output", &message.torque_output, &message.torque_applied)?.into(),
+        saturation: later("Keyframe.saturation", &message.saturation, &[0.0; N])?,
         task_clock: TaskClockState {
             time: message.time,
             previous_sync: message.sync_sent_ns.map(|at| axis.instant(at)),
@@ -77,6 +81,11 @@ pub fn state<const J: usize, const N: usize>(
             })
             .transpose()?,
     })
+}
+
+/// A field that logs of earlier versions lack.
+fn later<const N: usize>(field: &'static str, values: &[f64], otherwise: &[f64]) -> Result<[f64; N], ShapeError> {
+    array(field, if values.is_empty() { otherwise } else { values })
 }
 
 fn joint_state(state: &keyframe::JointState) -> JointState {
@@ -119,7 +128,7 @@ mod tests {
         fn any_keyframe()(
             controller in prop::collection::vec(any::<f64>(), 0..=STATE_CAPACITY),
             joints in prop::array::uniform3(any_joint()),
-            torque in any::<[f64; 2]>(),
+            [torque, output, saturation] in any::<[[f64; 2]; 3]>(),
             time in any::<f64>(),
             previous in prop::option::of((0..1_u64 << 60, any::<u64>())),
             approach in prop::option::of(any::<[f64; 3]>()),
@@ -128,6 +137,8 @@ mod tests {
                 controller: FrozenState::new(&controller).unwrap(),
                 joints,
                 torque_applied: torque.into(),
+                torque_output: output.into(),
+                saturation,
                 task_clock: TaskClockState {
                     time,
                     previous_sync: previous.map(|(sync, _)| Instant::from_nanoseconds(sync)),

@@ -6,6 +6,7 @@ use serde::Serialize;
 use uarm_loop::dimensions::number_of_active;
 use uarm_loop::estimation::AngleSource;
 use uarm_loop::record::CycleRecord;
+use uarm_loop::supervisor::Authority;
 
 /// The value of a signal.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -88,6 +89,7 @@ pub fn signals<const J: usize, const N: usize>(record: &CycleRecord<J, N>) -> Ve
     list.one("at_bound", "", Value::Flag(record.flags.at_bound));
     list.one("frozen", "", Value::Flag(record.flags.frozen));
     list.one("fell_back", "", Value::Flag(record.flags.fell_back));
+    list.one("stopping", "", Value::Flag(record.authority == Authority::Fading));
     list.each("phi", "", 1, record.parameters().iter().copied().map(Value::Number));
     list.0
 }

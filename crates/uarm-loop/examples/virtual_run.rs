@@ -73,6 +73,9 @@ fn robot() -> Result<Robot<JOINTS, ACTIVE>, Failure> {
         task: Task { reference: QuinticReference::paper(), hold: 0.5, start_tolerance: 0.03 },
         period: Period::new(PERIOD).ok_or("a period of 0.1 to 100 ms")?,
         tracking_error_limit: 0.5,
+        overruns_in_a_row: Default::default(),
+        saturation_limit: Default::default(),
+        stop_ramp: Default::default(),
         bus: Bus {
             protocol: Protocol::Canopen,
             bit_rate,

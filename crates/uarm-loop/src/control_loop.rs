@@ -1,4 +1,4 @@
-//! The hard loop: wait, read, estimate, control, limit, write, record.
+//! The hard loop: wait, read, estimate, control, limit, write, record, for as long as the supervisor lets torque flow.
 //!
 //! One source for every robot: it sees [`RobotDrives`] and a [`Clock`], so that real drives on SocketCAN in real time and the
 //! simulated robot in virtual time run the same code, and the latter bit for bit the same each time. Nothing in here
@@ -13,6 +13,7 @@ use crate::record::{CycleRecord, HealthRecord, Recorder};
 use crate::schedule::{Overrun, Schedule, Tick};
 use crate::signal_path::{SignalFault, SignalPath};
 use crate::stop_request::StopRequest;
+use crate::supervisor::{Authority, Ordinary, State, Supervisor, TorquePermission};
 use crate::timing::{CycleInstants, TimingRecorder};
 
 /// How often the whole inner state is recorded: what a replay from the middle of a run loses at most at its beginning.
@@ -58,38 +59,64 @@ pub enum LoopFault<E> {
 }
 
 impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
-    /// Runs cycles until the motion is over, somebody asks for the end, or something fails. The caller then stops the
-    /// drives, whatever this returns.
+    /// Runs cycles for as long as `supervisor` lets torque flow: until the motion is over, the torques have faded after somebody asked
+    /// for the end, or something fails. The caller then stops the drives, whatever this returns, and tells the supervisor of a fault.
     ///
     /// # Errors
     /// [`LoopFault`] names the first cause.
-    pub fn run<D: RobotDrives<J>, C: Clock>(
+    pub fn run<D: RobotDrives<J>, C: Clock, F>(
         &mut self,
         drives: &mut D,
         clock: &mut C,
         schedule: &mut Schedule,
         recorder: &mut impl Recorder<J, N>,
+        supervisor: &mut Supervisor<F>,
     ) -> Result<LoopEnd, LoopFault<D::CycleError>> {
         const { crate::dimensions::check::<J, N>() };
         let mut due = PeriodicRecords::default();
         recorder.keyframe(&self.path.freeze(), clock.now());
         loop {
             let tick = schedule.wait(clock)?;
-            if self.stop.is_made() {
-                return Ok(LoopEnd::Interrupted);
-            }
-            let mut record = self.cycle(&tick, drives, clock, schedule)?;
+            self.hear(supervisor);
+            let end = if supervisor.state() == State::Running { LoopEnd::Completed } else { LoopEnd::Interrupted };
+            let TorquePermission::Granted(authority) = supervisor.torque() else { return Ok(end) };
+            let mut record = self.cycle(&tick, drives, clock, schedule, authority)?;
             let supervised = drives.housekeeping(clock.now());
             record.torque_actual = self.path.torque.actual(drives.torque_actual());
             record.instants.done = clock.now();
             recorder.record(&record);
             self.timing.record(&record.instants, tick.elapsed);
             self.progress.publish(&record);
-            self.record_periodically(&mut due, drives, record.instants.done, recorder);
+            self.record_periodically(&mut due, drives, record.instants.done, recorder, supervisor.state());
             supervised.map_err(LoopFault::Drives)?;
-            if self.path.task_clock.next(schedule.period()) >= self.path.motion.end() {
-                return Ok(LoopEnd::Completed);
+            self.look_for_the_end(supervisor, schedule);
+            if supervisor.torque() == TorquePermission::Withheld {
+                return Ok(end);
             }
+        }
+    }
+
+    /// Tells the supervisor what others ask for.
+    fn hear<F>(&self, supervisor: &mut Supervisor<F>) {
+        let requests = self.stop.count();
+        if requests > 0 {
+            supervisor.take(Ordinary::StopRequested);
+        }
+        if requests > 1 {
+            supervisor.take(Ordinary::StopRequestedAgain);
+        }
+        if supervisor.state() == State::Stopping && self.path.torque.fade.ramp().duration().is_zero() {
+            supervisor.take(Ordinary::Faded);
+        }
+    }
+
+    /// Tells the supervisor if this was the last cycle.
+    fn look_for_the_end<F>(&self, supervisor: &mut Supervisor<F>, schedule: &Schedule) {
+        if self.path.torque.fade.is_over() {
+            supervisor.take(Ordinary::Faded);
+        }
+        if self.path.task_clock.next(schedule.period()) >= self.path.motion.end() {
+            supervisor.take(Ordinary::Completed);
         }
     }
 
@@ -100,13 +127,14 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
         drives: &mut D,
         clock: &C,
         schedule: &Schedule,
+        authority: Authority,
     ) -> Result<CycleRecord<J, N>, LoopFault<D::CycleError>> {
         let sync_sent = drives.sync(tick.woke).map_err(LoopFault::Drives)?;
         // Counted from SYNC, so that a late wake-up is an overrun and not a silent drive.
         let feedback = drives.collect(sync_sent + self.feedback_timeout).map_err(LoopFault::Drives)?;
         let counts_in = clock.now();
 
-        let signals = self.path.step(tick, sync_sent, &feedback.positions, schedule.period())?;
+        let signals = self.path.step(tick, sync_sent, &feedback.positions, schedule.period(), authority)?;
         let torque_out = drives.send_torques(signals.torque.sent).map_err(LoopFault::Drives)?;
 
         let instants = CycleInstants {
@@ -123,15 +151,16 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
         Ok(record)
     }
 
-    /// Records what is not worth a record in each cycle.
+    /// Records what is not worth a record in each cycle. A stop is too short for a keyframe, which would have to hold its ramp.
     fn record_periodically<D: RobotDrives<J>>(
         &self,
         due: &mut PeriodicRecords,
         drives: &D,
         now: Instant,
         recorder: &mut impl Recorder<J, N>,
+        state: State,
     ) {
-        if now >= due.next_keyframe {
+        if now >= due.next_keyframe && state != State::Stopping {
             due.next_keyframe = now + KEYFRAME_INTERVAL;
             recorder.keyframe(&self.path.freeze(), now);
         }

@@ -54,8 +54,14 @@ pub enum FaultCode {
     TrackingError,
     /// A torque is no number, or none that can be sent.
     TorqueInvalid,
+    /// An estimate, a result of the law or an adapted parameter is NaN or infinite.
+    NotFinite,
+    /// The torque of a joint was cut by its limits for too long.
+    TorqueSaturated,
     /// A cycle came too late.
     Overrun,
+    /// A drive did not confirm at the end that its power is off.
+    StopUnconfirmed,
 }
 
 crate::choice! {
@@ -80,7 +86,10 @@ crate::choice! {
     JointVelocity = "joint-velocity", "A joint is faster than it may be";
     TrackingError = "tracking-error", "A joint is too far from its reference";
     TorqueInvalid = "torque-invalid", "A torque is no number, or none that can be sent";
+    NotFinite = "not-finite", "An estimate, a result of the law or an adapted parameter is NaN or infinite";
+    TorqueSaturated = "torque-saturated", "The torque of a joint was cut by its limits for too long";
     Overrun = "overrun", "A cycle came too late";
+    StopUnconfirmed = "stop-unconfirmed", "A drive did not confirm at the end that its power is off";
 }
 
 /// An error that has a [`FaultCode`].
@@ -180,6 +189,8 @@ impl Coded for SignalFault {
         match self {
             Self::Estimation(error) => error.code(),
             Self::Limit(violation) => violation.code(),
+            Self::NotFinite(_) => FaultCode::NotFinite,
+            Self::Saturation(_) => FaultCode::TorqueSaturated,
             Self::Torque(_) => FaultCode::TorqueInvalid,
         }
     }
@@ -207,6 +218,7 @@ impl<S: Coded, C: Coded> Coded for RunError<S, C> {
                 _ => violation.code(),
             },
             Self::Loop(fault) => fault.code(),
+            Self::NotOff(_) => FaultCode::StopUnconfirmed,
         }
     }
 }

@@ -15,8 +15,12 @@ pub struct Keyframe<const J: usize, const N: usize> {
     pub controller: FrozenState<f64>,
     /// Encoders and estimators of the joints.
     pub joints: [JointState; J],
-    /// The torque limiter: the torque applied last, N·m.
+    /// The law's torque limiter: the torque applied last, N·m.
     pub torque_applied: SVector<f64, N>,
+    /// The last limiter: the torque sent last, N·m.
+    pub torque_output: SVector<f64, N>,
+    /// For how long each torque has been cut without a break, s.
+    pub saturation: [f64; N],
     /// The task clock; its previous tick tells which cycle the keyframe follows.
     pub task_clock: TaskClockState,
     /// Where the approach began and how long it takes, rad and s; nothing in a run without one.
@@ -50,6 +54,8 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
             controller: self.controller.freeze(),
             joints: self.estimation.freeze(),
             torque_applied: *self.torque.limiter.applied(),
+            torque_output: *self.torque.output_limiter.applied(),
+            saturation: self.saturation.lasting(),
             task_clock: self.task_clock.freeze(),
             approach: self
                 .motion
@@ -78,6 +84,8 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
         }
         self.estimation.thaw(&keyframe.joints);
         self.torque.limiter.thaw(keyframe.torque_applied);
+        self.torque.output_limiter.thaw(keyframe.torque_output);
+        self.saturation.thaw(keyframe.saturation);
         self.task_clock.restart(self.motion.start());
         self.task_clock.thaw(keyframe.task_clock);
         Ok(())

@@ -41,9 +41,12 @@
 //! | module | subject |
 //! |---|---|
 //! | [`mod@run`] | a whole run: start the drives, loop, stop and brake |
+//! | [`supervisor`] | whether torque may flow: the states of a run, and the one table of what leads where |
 //! | [`control_loop`] | the loop itself |
 //! | [`signal_path`] | from counts to torques without I/O: what a replay runs again |
 //! | [`estimation`], [`mod@motion`], [`guard`], [`torque`] | its stages: encoders, desired motion, limits of the robot, drives' torques |
+//! | [`finite`], [`saturation`] | numbers that are none; torques that are cut for too long |
+//! | [`fade`] | the ramp of a stop that somebody asked for |
 //! | [`period`], [`schedule`], [`task_clock`] | the period; ticks and late ones; what time and period the laws are told |
 //! | [`record`], [`keyframe`] | what a cycle leaves behind; the whole inner state, frozen |
 //! | [`recording`] | from the loop to files: lock-free queues and a writer thread |
@@ -67,7 +70,9 @@ pub mod choice;
 pub mod control_loop;
 pub mod dimensions;
 pub mod estimation;
+pub mod fade;
 pub mod fault_code;
+pub mod finite;
 pub mod guard;
 pub mod keyframe;
 pub mod motion;
@@ -80,12 +85,14 @@ pub mod record;
 pub mod recording;
 pub mod robot;
 pub mod run;
+pub mod saturation;
 pub mod schedule;
 pub mod settings;
 pub mod signal_path;
 pub mod stability;
 pub mod statistics;
 pub mod stop_request;
+pub mod supervisor;
 pub mod task_clock;
 pub mod timing;
 pub mod torque;

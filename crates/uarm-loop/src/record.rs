@@ -12,7 +12,9 @@ use crate::estimation::AngleSource;
 use crate::keyframe::Keyframe;
 use crate::schedule::Tick;
 use crate::signal_path::Signals;
+use crate::supervisor::Authority;
 use crate::timing::CycleInstants;
+use crate::torque::ActualTorque;
 
 /// The most adapted parameters that a law has: two fuzzy systems of nine rules with three consequents each.
 pub const PARAMETER_CAPACITY: usize = 54;
@@ -29,6 +31,9 @@ pub struct CycleRecord<const J: usize, const N: usize> {
     pub time: f64,
     /// The period that estimators and laws were told, s; 0 on the first cycle.
     pub period: f64,
+    /// How much torque the supervisor allowed the law: full while it is *running*, fading while it is *stopping*. In no other state
+    /// is there a cycle.
+    pub authority: Authority,
     /// The instants of the cycle.
     pub instants: CycleInstants,
     /// Encoder counts of the joints as the drives sent them; of a predicted angle, the last one that was believed.
@@ -87,15 +92,6 @@ pub struct CycleFlags<const N: usize> {
     pub fell_back: bool,
 }
 
-/// A torque that a drive reported: its torque actual value 6077h.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ActualTorque {
-    /// As the drive sent it, per mille of its rated torque.
-    pub per_mille: i16,
-    /// The same at the joint, N·m.
-    pub newton_metres: f64,
-}
-
 /// What was seen of bus and drives until `at`.
 #[derive(Clone, Copy, Debug)]
 pub struct HealthRecord<const J: usize> {
@@ -121,6 +117,7 @@ impl<const J: usize, const N: usize> Default for CycleRecord<J, N> {
             elapsed_ticks: 0,
             time: 0.0,
             period: 0.0,
+            authority: Authority::Full,
             instants: CycleInstants::default(),
             counts: [0; J],
             angle_sources: [AngleSource::default(); J],
@@ -148,12 +145,13 @@ impl<const J: usize, const N: usize> Default for CycleRecord<J, N> {
 impl<const J: usize, const N: usize> CycleRecord<J, N> {
     /// The record of one cycle, but for the adapted parameters and the torques that the drives reported.
     pub fn new(tick: &Tick, instants: &CycleInstants, statuswords: &[u16; J], signals: &Signals<J, N>) -> Self {
-        let Signals { time, period, estimate, measurement, reference, command, torque } = signals;
+        let Signals { time, period, authority, estimate, measurement, reference, command, torque } = signals;
         Self {
             tick: tick.index,
             elapsed_ticks: tick.elapsed,
             time: *time,
             period: *period,
+            authority: *authority,
             instants: *instants,
             counts: estimate.counts,
             angle_sources: estimate.sources,

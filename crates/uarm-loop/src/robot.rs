@@ -14,9 +14,12 @@ use uarm_io::estimator::AnyEstimator;
 use uarm_io::time::Duration;
 use uarm_io::torque::TorqueScale;
 
+use crate::fade::StopRamp;
 use crate::guard::{Guard, JointLimits};
 use crate::motion::Motion;
 use crate::period::Period;
+use crate::saturation::SaturationLimit;
+use crate::schedule::OverrunsInARow;
 
 /// A robot with `J` joints: the passive base and `N` active joints.
 #[derive(Clone, Debug)]
@@ -33,6 +36,12 @@ pub struct Robot<const J: usize, const N: usize> {
     pub feedback_timeout: Duration,
     /// Largest tracking error of an active joint, rad; beyond it a run ends.
     pub tracking_error_limit: f64,
+    /// How many late cycles in a row end a run, whatever the overrun policy.
+    pub overruns_in_a_row: OverrunsInARow,
+    /// For how long the torque of a joint may be cut without a break.
+    pub saturation_limit: SaturationLimit,
+    /// How the torques fade when somebody asks for the end.
+    pub stop_ramp: StopRamp,
     /// The bus and its heartbeats.
     pub bus: Bus,
 }

@@ -1,9 +1,10 @@
-//! One run: the drives are started, the loop runs, and the drives are stopped and braked whatever happened.
+//! One run: the drives are started, the loop runs, and the drives are stopped and braked whatever happened, step by step as
+//! the supervisor's states go.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use hinf_control::{Controller, PerformanceIndices, QuinticReference, ReferenceError, TorqueLimitError};
-use uarm_io::drive::network::StopReport;
+use uarm_io::drive::network::{Confirmation, DriveStop, StopReport};
 use uarm_io::drive::robot_drives::RobotDrives;
 use uarm_io::encoder::Encoder;
 use uarm_io::realtime::PageFaults;
@@ -12,17 +13,20 @@ use uarm_io::time::{Clock, Duration};
 use crate::control_loop::{ControlLoop, LoopEnd, LoopFault};
 use crate::dimensions;
 use crate::estimation::{Estimation, EstimationError};
+use crate::fade::Fade;
 use crate::guard::LimitViolation;
 use crate::motion::Motion;
 use crate::outcome::{Indices, Outcome};
 use crate::progress::Progress;
 use crate::record::Recorder;
 use crate::robot::Robot;
+use crate::saturation::SaturationWatch;
 use crate::schedule::Schedule;
 use crate::settings::Settings;
 use crate::signal_path::SignalPath;
 use crate::statistics::Statistics;
 use crate::stop_request::StopRequest;
+use crate::supervisor::{Ordinary, State, Supervisor};
 use crate::task_clock::TaskClock;
 use crate::timing::TimingRecorder;
 use crate::torque::TorqueStage;
@@ -63,6 +67,9 @@ pub enum RunError<S, C> {
     /// The loop ended with a fault.
     #[error(transparent)]
     Loop(#[from] LoopFault<C>),
+    /// All went well until a drive did not confirm at the end that its power is off.
+    #[error("the drive of node {} did not confirm at the end that its power is off", .0.node)]
+    NotOff(DriveStop),
 }
 
 /// How a run ended, and what came of it until then.
@@ -70,6 +77,8 @@ pub enum RunError<S, C> {
 pub struct Finished<S, C, R, const J: usize, const N: usize> {
     /// The end, or the first cause of an early one.
     pub end: Result<LoopEnd, RunError<S, C>>,
+    /// Faults that came after the first cause, such as drives that did not confirm the stop.
+    pub later_faults: u64,
     /// What came of the run.
     pub outcome: Outcome<N>,
     /// What the drives said when they were stopped.
@@ -99,28 +108,56 @@ pub fn run<D: RobotDrives<J>, C: Clock, R: Recorder<J, N>, const J: usize, const
         stop: observer.stop,
     };
     let mut statistics = Statistics::new(recorder);
+    let mut supervisor = Supervisor::default();
 
-    let motion = start(robot, settings, &mut drives, clock, &mut statistics);
+    let motion = start(robot, settings, &mut drives, clock, &mut statistics, &mut supervisor, observer.stop);
     let mut page_faults = PageFaults::default();
     let end = match motion {
-        Ok(motion) => {
+        Ok(Some(motion)) => {
             control_loop.path.motion = motion;
             control_loop.path.task_clock = TaskClock::new(settings.period_source, motion.start());
-            let mut schedule = Schedule::new(clock.now() + robot.period.duration(), robot.period, settings.overrun);
+            let mut schedule = Schedule::new(clock.now() + robot.period.duration(), robot.period, settings.overrun)
+                .with_overruns_in_a_row(robot.overruns_in_a_row);
             let faults_before = PageFaults::of_this_thread();
-            let end =
-                catch_unwind(AssertUnwindSafe(|| control_loop.run(&mut drives, clock, &mut schedule, &mut statistics)));
+            let end = catch_unwind(AssertUnwindSafe(|| {
+                control_loop.run(&mut drives, clock, &mut schedule, &mut statistics, &mut supervisor)
+            }));
             page_faults = PageFaults::of_this_thread().since(faults_before);
             end.map(|end| end.map_err(RunError::from))
         }
+        Ok(None) => Ok(Ok(LoopEnd::Interrupted)),
         Err(error) => Ok(Err(error)),
     };
     let stop = drives.stop(clock);
     // A bug in the loop must not leave the motors on, so its panic goes on only now.
     let end = end.unwrap_or_else(|panic| resume_unwind(panic));
+    let (end, later_faults) = conclude(supervisor, end, &stop);
     let indices = Indices::from(&control_loop.path.indices);
     let outcome = Outcome::new(indices, &statistics, control_loop.timing.summary(), page_faults);
-    Ok(Finished { end, outcome, stop, recorder: statistics.into_next() })
+    Ok(Finished { end, later_faults, outcome, stop, recorder: statistics.into_next() })
+}
+
+/// What a run is told to have come to: its end, or the first cause of a fault, and how many faults followed.
+fn conclude<S, C, const J: usize>(
+    mut supervisor: Supervisor<RunError<S, C>>,
+    end: Result<LoopEnd, RunError<S, C>>,
+    stop: &StopReport<J>,
+) -> (Result<LoopEnd, RunError<S, C>>, u64) {
+    let end = end.map_err(|fault| supervisor.fault(fault));
+    for drive in stop.drives.iter().filter(|drive| !is_off(drive)) {
+        supervisor.fault(RunError::NotOff(*drive));
+    }
+    let later_faults = supervisor.later_faults();
+    match (supervisor.into_first_cause(), end) {
+        (None, Ok(end)) => (Ok(end), later_faults),
+        (Some(cause), _) => (Err(cause), later_faults),
+        (None, Err(())) => (Ok(LoopEnd::Interrupted), later_faults),
+    }
+}
+
+/// Whether a drive's power is off, or was never ours to switch.
+fn is_off(drive: &DriveStop) -> bool {
+    matches!(drive.power_off, Confirmation::Confirmed | Confirmation::Withheld)
 }
 
 /// The way from counts to torques of a run without an approach, in its initial state.
@@ -138,31 +175,43 @@ pub fn signal_path<'a, const J: usize, const N: usize>(
         controller,
         torque: TorqueStage {
             limiter: robot.torque_limiter()?,
+            output_limiter: robot.torque_limiter()?,
+            fade: Fade::new(robot.stop_ramp),
             scales: robot.joints.each_ref().map(|joint| joint.torque_scale),
             disturbance: settings.disturbance,
             site: settings.disturbance_site,
         },
+        saturation: SaturationWatch::new(robot.saturation_limit),
         guard: robot.guard(),
         task_clock: TaskClock::new(settings.period_source, 0.0),
         indices: PerformanceIndices::new(),
     })
 }
 
-/// Sets the drives up and, if the motion from where the joints stand is within their limits, opens the brakes.
+/// Sets the drives up and, if the motion from where the joints stand is within their limits, opens the brakes. Nothing if somebody
+/// asked for the end meanwhile.
 fn start<D: RobotDrives<J>, C: Clock, const J: usize, const N: usize>(
     robot: &Robot<J, N>,
     settings: &Settings,
     drives: &mut D,
     clock: &C,
     recorder: &mut impl Recorder<J, N>,
-) -> Result<Motion<N>, RunError<D::StartError, D::CycleError>> {
+    supervisor: &mut Supervisor<RunError<D::StartError, D::CycleError>>,
+    stop: &StopRequest,
+) -> Result<Option<Motion<N>>, RunError<D::StartError, D::CycleError>> {
+    supervisor.take(Ordinary::Begin);
     let counts = drives.configure(clock).map_err(RunError::Start)?;
     recorder.identities(&drives.identities(), clock.now());
     let angles = angles(robot, counts)?;
     let motion = motion(robot, settings, &angles)?;
     robot.guard().check_start(&angles, &motion)?;
+    supervisor.take(if stop.is_made() { Ordinary::StopRequested } else { Ordinary::Prepared });
+    if supervisor.state() != State::Armed {
+        return Ok(None);
+    }
     drives.enable(clock).map_err(RunError::Start)?;
-    Ok(motion)
+    supervisor.take(Ordinary::Enabled);
+    Ok(Some(motion))
 }
 
 /// Where the encoders say that the joints are, rad.

@@ -6,13 +6,15 @@ use hinf_control::{Command, Controller, Measurement, PerformanceIndices, Referen
 use uarm_io::time::Instant;
 
 use crate::estimation::{Estimate, Estimation, EstimationError};
+use crate::finite::{self, NotFinite};
 use crate::guard::{Guard, LimitViolation};
 use crate::motion::Motion;
 use crate::period::Period;
+use crate::saturation::{LastingSaturation, SaturationWatch};
 use crate::schedule::Tick;
+use crate::supervisor::Authority;
 use crate::task_clock::TaskClock;
-use crate::torque::{PreparedTorque, TorqueStage};
-use uarm_io::torque::TorqueError;
+use crate::torque::{PrepareError, PreparedTorque, TorqueStage};
 
 /// All between the counts that come in and the torques that go out, for `J` joints of which `N` are active.
 pub struct SignalPath<'a, const J: usize, const N: usize> {
@@ -24,6 +26,8 @@ pub struct SignalPath<'a, const J: usize, const N: usize> {
     pub controller: &'a mut dyn Controller<f64, N>,
     /// From the law's torque to the drives'.
     pub torque: TorqueStage<J, N>,
+    /// For how long the torques have been cut.
+    pub saturation: SaturationWatch<N>,
     /// The robot's limits.
     pub guard: Guard<J>,
     /// Time and period as the laws are told them.
@@ -39,6 +43,8 @@ pub struct Signals<const J: usize, const N: usize> {
     pub time: f64,
     /// The period that estimators and law were told, s.
     pub period: f64,
+    /// How much torque the law had.
+    pub authority: Authority,
     /// What the encoders told.
     pub estimate: Estimate<J>,
     /// The same as the law saw it.
@@ -60,42 +66,56 @@ pub enum SignalFault {
     /// A limit of the robot that was passed.
     #[error(transparent)]
     Limit(#[from] LimitViolation),
+    /// A number that is NaN or infinite.
+    #[error(transparent)]
+    NotFinite(#[from] NotFinite),
+    /// A torque that was cut for too long.
+    #[error(transparent)]
+    Saturation(#[from] LastingSaturation),
     /// A torque that cannot be sent.
     #[error(transparent)]
-    Torque(#[from] TorqueError),
+    Torque(#[from] PrepareError),
 }
 
 impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
-    /// Makes torques of the counts that the drives latched at `sync_sent`; nothing of a drive that sent none.
+    /// Makes torques of the counts that the drives latched at `sync_sent`, nothing of a drive that sent none, with the `authority` that the
+    /// supervisor gives.
     ///
     /// # Errors
-    /// [`SignalFault`]: an encoder that cannot be believed, or a limit of the robot that was passed.
+    /// [`SignalFault`]: an encoder that cannot be believed, a limit of the robot that was passed, a number that is not finite, or a torque
+    /// that was cut for too long.
     pub fn step(
         &mut self,
         tick: &Tick,
         sync_sent: Instant,
         counts: &[Option<i32>; J],
         nominal: Period,
+        authority: Authority,
     ) -> Result<Signals<J, N>, SignalFault> {
         let (time, period) = self.task_clock.advance(tick, sync_sent, nominal);
         let estimate = self.estimation.estimate(counts, period)?;
+        finite::check_estimate(&estimate)?;
         let measurement = estimate.measurement();
         let reference = self.motion.at(time);
         self.guard.check(time, tick.elapsed, &estimate, &reference)?;
 
         let command = self.controller.update(&measurement, &reference, period);
+        finite::check_command(&command, self.controller.parameters())?;
         // The first cycle's period is zero, but its torque, too, has a period to rise in.
         let rise_time = period.max(nominal.seconds(1));
-        let torque = self.torque.prepare(command.torque, time, rise_time)?;
+        let torque = self.torque.prepare(command.torque, time, rise_time, authority)?;
         self.controller.limited(torque.limited.limited);
         if estimate.is_predicted() {
             self.controller.hold_adaptation();
+        }
+        if authority == Authority::Full {
+            self.saturation.watch(torque.limited.limited, rise_time)?;
         }
 
         if self.motion.is_task(time) {
             let error = TrackingError::new(&measurement, &reference);
             self.indices.record(&error, &torque.limited.applied, nominal.seconds(1));
         }
-        Ok(Signals { time, period, estimate, measurement, reference, command, torque })
+        Ok(Signals { time, period, authority, estimate, measurement, reference, command, torque })
     }
 }

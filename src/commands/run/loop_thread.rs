@@ -51,7 +51,7 @@ pub struct Finished {
     pub end: Result<LoopEnd, Failure>,
     /// What came of the run.
     pub outcome: Outcome,
-    /// What braking at the end met, in words.
+    /// How many faults came after the first, and what braking at the end met, in words.
     pub stop: String,
 }
 
@@ -141,7 +141,11 @@ impl Experiment<'_> {
         let mut controller = robot.controller(settings.law, settings.guard)?;
         announcement.iter().for_each(console::tell);
         let ended = run_on(&robot.description, settings, &mut controller, way, &mut clock, recorder, observer)?;
-        Ok(Finished { end: ended.end, outcome: ended.outcome, stop: describe(&ended.stop) })
+        let stop = match ended.later_faults {
+            0 => describe(&ended.stop),
+            later => format!("later faults: {later}; {}", describe(&ended.stop)),
+        };
+        Ok(Finished { end: ended.end, outcome: ended.outcome, stop })
     }
 }
 

@@ -4,10 +4,13 @@
 //! only looks: it sends nothing but SDO requests, no heartbeat and no command.
 
 mod bystander;
+mod command;
 mod error;
 mod objects;
 
 pub use bystander::Bystander;
+pub(super) use command::{ABORT, UPLOAD_RESPONSE};
+use command::{DOWNLOAD_RESPONSE, SPECIFIER};
 pub use error::{Expected, SdoError};
 pub use objects::DriveObjects;
 
@@ -59,11 +62,6 @@ pub struct Patience {
     pub attempts: u8,
 }
 
-/// Command specifiers of SDO responses (CiA 301): the upper three bits of the first byte.
-const SPECIFIER: u8 = 0xE0;
-pub(super) const UPLOAD_RESPONSE: u8 = 0x40;
-const DOWNLOAD_RESPONSE: u8 = 0x60;
-pub(super) const ABORT: u8 = 0x80;
 /// An expedited upload response that does not say how many of its four bytes count.
 const UPLOAD_WITHOUT_SIZE: u8 = 0x42;
 /// The longest value that `canopen-rs` transfers is 32 bytes, five segments; empty segments beyond that are nonsense.

@@ -8,6 +8,7 @@ use uarm_loop::record::CycleRecord;
 use uarm_loop::run::signal_path;
 use uarm_loop::schedule::Tick;
 use uarm_loop::signal_path::{SignalPath, Signals};
+use uarm_loop::supervisor::Authority;
 use uarm_loop::uarm_io::time::Instant;
 
 use super::bus_cycles::{BusCycle, Continuity};
@@ -209,7 +210,8 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
             self.position = Position::Ended;
             return;
         }
-        match self.path.step(tick, cycle.sync_at, &counts, self.source.robot.period) {
+        let authority = recorded.map_or(Authority::Full, |record| record.authority);
+        match self.path.step(tick, cycle.sync_at, &counts, self.source.robot.period, authority) {
             Ok(signals) => {
                 if recorded.is_none() && signals.estimate.is_predicted() && !self.has_sent(cycle, &signals) {
                     // The loop had the answer that is missing in the file.

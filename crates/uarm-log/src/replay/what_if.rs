@@ -5,7 +5,9 @@ use uarm_loop::dimensions;
 use uarm_loop::guard::JointLimits;
 use uarm_loop::hinf_control::Controller;
 use uarm_loop::run::signal_path;
+use uarm_loop::saturation::SaturationWatch;
 use uarm_loop::signal_path::SignalPath;
+use uarm_loop::supervisor::Authority;
 
 use super::bus_cycles::{BusCycle, Continuity};
 use super::source::{ReplayError, Source};
@@ -84,7 +86,8 @@ impl<const N: usize> WhatIf<N> {
                 continue;
             };
             // A count that the other robot's encoders would not believe is one cycle less.
-            match path.step(&tick, cycle.sync_at, &counts, source.robot.period) {
+            let authority = source.record(cycle.sync_at).map_or(Authority::Full, |record| record.authority);
+            match path.step(&tick, cycle.sync_at, &counts, source.robot.period, authority) {
                 Ok(signals) => {
                     let other = signals.torque.limited.applied.into();
                     pairs.push(Pair { tick: tick.index, time: signals.time, recorded, other });
@@ -127,6 +130,7 @@ fn open_loop<const J: usize, const N: usize>(path: &mut SignalPath<'_, J, N>) {
     path.guard.joints = [unlimited; J];
     path.guard.tracking_error = f64::INFINITY;
     path.guard.start_tolerance = f64::INFINITY;
+    path.saturation = SaturationWatch::unlimited();
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {

@@ -15,6 +15,7 @@ use uarm_log::uarm_loop::robot::{Bus, Joint, Protocol, Robot, Task};
 use uarm_log::uarm_loop::run::signal_path;
 use uarm_log::uarm_loop::schedule::Tick;
 use uarm_log::uarm_loop::settings::Settings;
+use uarm_log::uarm_loop::supervisor::Authority;
 use uarm_log::uarm_loop::timing::CycleInstants;
 use uarm_log::uarm_loop::uarm_io::bus_time::{BitRate, BusTime};
 use uarm_log::uarm_loop::uarm_io::drive::NodeId;
@@ -92,6 +93,9 @@ pub fn robot() -> Robot<3, 2> {
         },
         period,
         tracking_error_limit: 1.0,
+        overruns_in_a_row: Default::default(),
+        saturation_limit: Default::default(),
+        stop_ramp: Default::default(),
         bus: Bus {
             protocol: Protocol::Canopen,
             bit_rate: BitRate::FASTEST,
@@ -163,7 +167,7 @@ pub fn run(cycles: u64) -> Run {
         let tick = Tick { index, elapsed: u64::from(index > 0), scheduled: due, woke: due };
         let k = i32::try_from(index).unwrap();
         let counts = [-k, 3 * k, 2 * k];
-        let signals = path.step(&tick, due, &counts.map(Some), robot.period).unwrap();
+        let signals = path.step(&tick, due, &counts.map(Some), robot.period, Authority::Full).unwrap();
         let instants = CycleInstants {
             scheduled: due,
             woke: due,

@@ -1,6 +1,7 @@
 //! A signal path whose law says what it was told.
 
 use uarm_loop::estimation::Estimation;
+use uarm_loop::fade::{Fade, StopRamp};
 use uarm_loop::guard::{Guard, JointLimits};
 use uarm_loop::hinf_control::{
     AdaptationStatus, Command, Controller, Disturbance, FrozenState, LimitedJoints, Measurement, PerformanceIndices,
@@ -9,6 +10,7 @@ use uarm_loop::hinf_control::{
 use uarm_loop::motion::Motion;
 use uarm_loop::nalgebra::Vector2;
 use uarm_loop::period::Period;
+use uarm_loop::saturation::{SaturationLimit, SaturationWatch};
 use uarm_loop::schedule::Tick;
 use uarm_loop::signal_path::SignalPath;
 use uarm_loop::task_clock::{PeriodSource, TaskClock};
@@ -118,10 +120,13 @@ pub fn path(controller: &mut dyn Controller<f64, 2>, motion: Motion<2>) -> Signa
         controller,
         torque: TorqueStage {
             limiter: TorqueLimiter::new(limits.with_rate(Vector2::new(1_000.0, 1_000.0)).unwrap()),
+            output_limiter: TorqueLimiter::new(limits.with_rate(Vector2::new(1_000.0, 1_000.0)).unwrap()),
+            fade: Fade::new(StopRamp::default()),
             scales: [scale(200); 3],
             disturbance: Disturbance::None,
             site: DisturbanceSite::Plant,
         },
+        saturation: SaturationWatch::new(SaturationLimit::new(SaturationLimit::LONGEST).unwrap()),
         guard: Guard {
             joints: [JointLimits { position: [-100.0, 100.0], velocity: 100.0 }; 3],
             tracking_error: 100.0,

@@ -9,6 +9,7 @@ use uarm_loop::nalgebra::Vector2;
 use uarm_loop::outcome::{Indices, Outcome};
 use uarm_loop::period::Period;
 use uarm_loop::record::{CycleFlags, CycleRecord};
+use uarm_loop::supervisor::Authority;
 use uarm_loop::timing::CycleInstants;
 use uarm_loop::uarm_io::time::{Duration, Instant};
 
@@ -35,8 +36,15 @@ fn indices_are_taken_over_the_task_alone() {
     let mut path = path(&mut law, motion());
     for index in 0..8 {
         let elapsed = u64::from(index > 0);
-        let signals =
-            path.step(&tick(index, elapsed), Instant::default(), &[Some(0), Some(300), Some(400)], period()).unwrap();
+        let signals = path
+            .step(
+                &tick(index, elapsed),
+                Instant::default(),
+                &[Some(0), Some(300), Some(400)],
+                period(),
+                Authority::Full,
+            )
+            .unwrap();
         let cycles = i32::try_from(index).unwrap() - 2;
         assert_eq!(signals.time, f64::from(cycles) * PERIOD);
     }

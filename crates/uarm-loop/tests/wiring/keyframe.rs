@@ -4,6 +4,7 @@ use uarm_loop::hinf_control::{QuinticReference, TorqueLimiter, TorqueLimits};
 use uarm_loop::nalgebra::Vector2;
 use uarm_loop::record::CycleRecord;
 use uarm_loop::signal_path::SignalPath;
+use uarm_loop::supervisor::Authority;
 use uarm_loop::task_clock::{PeriodSource, TaskClock};
 use uarm_loop::timing::CycleInstants;
 use uarm_loop::uarm_io::time::Instant;
@@ -37,7 +38,7 @@ fn step(path: &mut SignalPath<'_, 3, 2>, cycle: u64) -> CycleRecord<3, 2> {
     let sync_sent = Instant::from_nanoseconds(index * 3_000_000 + cycle * cycle % 5 * 100_000);
     let k = i32::try_from(cycle).unwrap();
     let counts = [k * k % 7, 10 * k + k * k % 3, -12 * k];
-    let signals = path.step(&tick(index, elapsed), sync_sent, &counts.map(Some), period()).unwrap();
+    let signals = path.step(&tick(index, elapsed), sync_sent, &counts.map(Some), period(), Authority::Full).unwrap();
     CycleRecord::new(&tick(index, elapsed), &CycleInstants::default(), &[0; 3], &signals)
 }
 

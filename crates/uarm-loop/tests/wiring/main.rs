@@ -10,6 +10,7 @@ mod keyframe;
 mod records;
 mod schedule;
 mod signal_path;
+mod supervisor;
 mod task_clock;
 mod timing;
 mod torque;

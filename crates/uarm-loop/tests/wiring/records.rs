@@ -9,6 +9,7 @@ use uarm_loop::progress::{Progress, ProgressSnapshot};
 use uarm_loop::record::{CycleFlags, CycleRecord, PARAMETER_CAPACITY};
 use uarm_loop::schedule::Tick;
 use uarm_loop::signal_path::Signals;
+use uarm_loop::supervisor::Authority;
 use uarm_loop::timing::CycleInstants;
 use uarm_loop::torque::PreparedTorque;
 use uarm_loop::uarm_io::estimator;
@@ -17,6 +18,7 @@ use uarm_loop::uarm_io::time::Instant;
 fn signals() -> Signals<3, 2> {
     let joint = |position, velocity, acceleration| estimator::Estimate { position, velocity, acceleration };
     Signals {
+        authority: Authority::Fading,
         time: 1.0,
         period: 2.0,
         estimate: Estimate {
@@ -38,7 +40,13 @@ fn signals() -> Signals<3, 2> {
         command: Command {
             torque: Vector2::new(21.0, 22.0),
             control_input: Vector2::new(23.0, 24.0),
-            adaptation: AdaptationStatus { projected: true, at_bound: false, frozen: true, fell_back: false },
+            adaptation: AdaptationStatus {
+                projected: true,
+                at_bound: false,
+                frozen: true,
+                fell_back: false,
+                not_finite: false,
+            },
         },
         torque: PreparedTorque {
             limited: LimitedTorque {
@@ -47,6 +55,7 @@ fn signals() -> Signals<3, 2> {
                 limited: [true, false],
             },
             disturbance: Vector2::new(27.0, 28.0),
+            output: Vector2::new(25.0, 26.0),
             sent: [29, 30, 31],
         },
     }
@@ -66,6 +75,7 @@ fn a_record_takes_over_every_signal() {
         elapsed_ticks: 33,
         time: 1.0,
         period: 2.0,
+        authority: Authority::Fading,
         instants: CycleInstants { scheduled: Instant::from_nanoseconds(34), ..CycleInstants::default() },
         counts: [35, 36, 37],
         angle_sources: [AngleSource::Measured, AngleSource::Missing, AngleSource::Measured],
@@ -89,7 +99,7 @@ fn a_record_takes_over_every_signal() {
     };
     assert_eq!(record(), expected);
     let mut other = signals();
-    other.command.adaptation = AdaptationStatus { projected: false, at_bound: true, frozen: false, fell_back: true };
+    other.command.adaptation = AdaptationStatus { at_bound: true, fell_back: true, ..AdaptationStatus::default() };
     let tick = Tick { index: 0, elapsed: 0, scheduled: Instant::default(), woke: Instant::default() };
     let CycleFlags { limited, projected, at_bound, frozen, fell_back } =
         CycleRecord::new(&tick, &CycleInstants::default(), &[0; 3], &other).flags;

@@ -1,8 +1,11 @@
 //! What the drives are sent, in numbers.
 
 use approx::assert_abs_diff_eq;
+use proptest::prelude::*;
+use uarm_loop::fade::{Fade, StopRamp};
 use uarm_loop::hinf_control::{Disturbance, TorqueLimiter, TorqueLimits};
 use uarm_loop::nalgebra::Vector2;
+use uarm_loop::supervisor::Authority;
 use uarm_loop::torque::{DisturbanceSite, PreparedTorque, TorqueStage};
 
 use crate::fake_path::scale;
@@ -13,8 +16,16 @@ const PEAK: f64 = 1.0 + 1.0 / 12.0;
 fn prepare(disturbance: Disturbance, site: DisturbanceSite, time: f64) -> PreparedTorque<3, 2> {
     let limits = TorqueLimits::new(Vector2::new(0.06, 0.1)).unwrap();
     let scales = [scale(200), scale(200), scale(400)];
-    let mut stage = TorqueStage { limiter: TorqueLimiter::new(limits), scales, disturbance, site };
-    stage.prepare(Vector2::new(0.07, -0.04), time, 0.003).unwrap()
+    let fade = Fade::new(StopRamp::default());
+    let mut stage = TorqueStage {
+        limiter: TorqueLimiter::new(limits),
+        output_limiter: TorqueLimiter::new(limits),
+        fade,
+        scales,
+        disturbance,
+        site,
+    };
+    stage.prepare(Vector2::new(0.07, -0.04), time, 0.003, Authority::Full).unwrap()
 }
 
 /// 0.06 N·m of 200 mN·m are 300 per mille, −0.04 N·m of 400 mN·m are −100. The passive joint is sent nothing.
@@ -30,12 +41,14 @@ fn limited_torques_are_sent_and_the_plant_adds_the_disturbance_by_itself() {
     assert_abs_diff_eq!(torque.disturbance.y, 0.032_962_0, epsilon = 1e-7);
 }
 
-/// 0.06 + 0.049443 = 0.109443 N·m are 547 per mille of 200 mN·m; −0.04 + 0.032962 = −0.007038 N·m are −18 of 400 mN·m.
+/// 0.06 + 0.049443 = 0.109443 N·m are more than joint 2 may have: 0.06 N·m are 300 per mille of 200 mN·m. −0.04 + 0.032962 =
+/// −0.007038 N·m are −18 of 400 mN·m.
 #[test]
-fn a_disturbance_of_the_command_is_added_after_the_limiter() {
+fn a_disturbance_of_the_command_is_added_to_the_laws_torque_and_limited_with_it() {
     let torque = prepare(Disturbance::Paper, DisturbanceSite::Command, PEAK);
-    assert_eq!(torque.sent, [0, 547, -18]);
+    assert_eq!(torque.sent, [0, 300, -18]);
     assert_eq!(torque.limited.applied, Vector2::new(0.06, -0.04), "E is made of the law's torque alone");
+    assert_eq!(torque.output.x, 0.06);
 }
 
 #[test]
@@ -53,4 +66,54 @@ fn the_sine_swings_below_zero_half_a_period_later() {
     let torque = prepare(Disturbance::Paper, DisturbanceSite::Command, 1.25);
     // 0.0385121 N·m of 200 mN·m, −0.0543252 of 400 mN·m.
     assert_eq!(torque.sent, [0, 193, -136]);
+}
+
+/// Magnitudes and rates of the limits, N·m and N·m/s.
+const MAGNITUDE: [f64; 2] = [0.06, 0.1];
+const RATE: [f64; 2] = [2.0, 5.0];
+
+fn any_torque() -> impl Strategy<Value = f64> {
+    prop_oneof![4 => -0.3..0.3_f64, 1 => any::<f64>()]
+}
+
+proptest! {
+    /// Whatever laws ask for, however long the cycles are, with the disturbance added or not, running or stopping.
+    #[test]
+    fn torque_that_leaves_the_stage_is_finite_and_within_limit_and_rate(
+        requests in prop::collection::vec((any_torque(), any_torque(), 0.9..1.5_f64, 0.001..0.02_f64), 1..40),
+        stops_at in 0..60_usize,
+        injected in any::<bool>(),
+    ) {
+        let limits = TorqueLimits::new(Vector2::from(MAGNITUDE)).unwrap().with_rate(Vector2::from(RATE)).unwrap();
+        let site = if injected { DisturbanceSite::Command } else { DisturbanceSite::Plant };
+        let mut stage = TorqueStage {
+            limiter: TorqueLimiter::new(limits),
+            output_limiter: TorqueLimiter::new(limits),
+            fade: Fade::new(StopRamp::default()),
+            scales: [scale(200), scale(200), scale(200)],
+            disturbance: Disturbance::Paper,
+            site,
+        };
+        let mut before = [0.0; 2];
+        for (cycle, (joint_2, joint_3, time, rise_time)) in requests.into_iter().enumerate() {
+            let authority = if cycle < stops_at { Authority::Full } else { Authority::Fading };
+            let Ok(torque) = stage.prepare(Vector2::new(joint_2, joint_3), time, rise_time, authority) else {
+                prop_assert!(!(joint_2.is_finite() && joint_3.is_finite()), "only what is no number is refused");
+                continue;
+            };
+            prop_assert!(joint_2.is_finite() && joint_3.is_finite());
+            for joint in 0..2 {
+                let output = torque.output[joint];
+                prop_assert!(output.is_finite() && output.abs() <= MAGNITUDE[joint]);
+                prop_assert!((output - before[joint]).abs() <= RATE[joint] * rise_time + 1e-15);
+                // Half a per mille of 200 mN·m is what rounding to whole per mille costs.
+                prop_assert!((f64::from(torque.sent[joint + 1]) * 2e-4 - output).abs() <= 1e-4 + 1e-12);
+                if authority == Authority::Fading {
+                    prop_assert!(output.abs() <= before[joint].abs().max(0.0) + 1e-15 || RATE[joint] * rise_time < MAGNITUDE[joint]);
+                }
+                before[joint] = output;
+            }
+            prop_assert_eq!(torque.sent[0], 0, "the passive joint");
+        }
+    }
 }

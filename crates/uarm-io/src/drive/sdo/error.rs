@@ -1,5 +1,6 @@
 //! Why an SDO transfer failed: which node, which object, what was found and what was expected.
 
+use super::command::{DOWNLOAD_RESPONSE, SPECIFIER, UPLOAD_RESPONSE};
 use crate::drive::network::Disturbance;
 use crate::drive::words::{self, Named};
 use canopen_rs::Address;
@@ -64,8 +65,8 @@ impl Expected {
     /// True if a response with this command specifier answers a request of the other kind.
     pub(in crate::drive) const fn is_of_another(self, command: u8) -> bool {
         match self {
-            Self::Value(_) => command == super::DOWNLOAD_RESPONSE,
-            Self::Confirmation => command & super::SPECIFIER == super::UPLOAD_RESPONSE,
+            Self::Value(_) => command == DOWNLOAD_RESPONSE,
+            Self::Confirmation => command & SPECIFIER == UPLOAD_RESPONSE,
         }
     }
 }
