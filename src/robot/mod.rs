@@ -9,6 +9,7 @@
 //! | `reading` | TOML into a type, and the fields that it does not know |
 //! | `task` | the motion |
 //! | [`demand`] | what the motion asks of the joints, and whether they have it |
+//! | `acceleration` | how fast the joints can change their velocities |
 //! | `joint` | encoders, gears, torque scales and limits |
 //! | `drive` | what the master wants of a drive |
 //! | `bus` | the bus and its time budget |
@@ -17,6 +18,7 @@
 //! | [`profile`] | what is known of a maker's drives |
 //! | [`control`] | period, estimator, and the controllers' weights |
 
+mod acceleration;
 mod bus;
 pub mod control;
 pub mod demand;
@@ -142,6 +144,7 @@ impl Robot {
         let model = model(&file.model, &check)?;
         control::check(&file, model, &check)?;
         let bus = bus::check(&file.bus, &joints, protocol::check(&file, &check)?, period, &check)?;
+        let acceleration_bounds = acceleration::bounds(&model, &joints);
         Ok(Self {
             source: text.to_owned(),
             profiles: Vec::new(),
@@ -149,6 +152,7 @@ impl Robot {
                 name: file.name.clone(),
                 joints,
                 task: task::check(&file.task, &check)?,
+                acceleration_bounds,
                 period,
                 feedback_timeout: control::feedback_timeout(&file.control, &bus, period, &check)?,
                 tracking_error_limit: check

@@ -142,7 +142,7 @@ impl<E> Coded for CycleError<E> {
 impl Coded for EstimationError {
     fn code(&self) -> FaultCode {
         match self.source {
-            AngleError::Encoder(_) => FaultCode::EncoderImplausible,
+            AngleError::Encoder(_) | AngleError::Implausible { .. } => FaultCode::EncoderImplausible,
             AngleError::NoneYet | AngleError::Missing { .. } => FaultCode::FeedbackMissing,
         }
     }

@@ -18,6 +18,7 @@ use crate::fade::StopRamp;
 use crate::guard::{Guard, JointLimits};
 use crate::motion::Motion;
 use crate::period::Period;
+use crate::plausibility::AccelerationBound;
 use crate::saturation::SaturationLimit;
 use crate::schedule::OverrunsInARow;
 
@@ -32,6 +33,8 @@ pub struct Robot<const J: usize, const N: usize> {
     pub task: Task<N>,
     /// The loop's period.
     pub period: Period,
+    /// The largest accelerations of the joints, by which counts are believed; without them, by their velocities alone.
+    pub acceleration_bounds: Option<[AccelerationBound; J]>,
     /// How long after SYNC the drives' positions are waited for; at most the period.
     pub feedback_timeout: Duration,
     /// Largest tracking error of an active joint, rad; beyond it a run ends.

@@ -10,6 +10,7 @@ use crate::finite::{self, NotFinite};
 use crate::guard::{Guard, LimitViolation};
 use crate::motion::Motion;
 use crate::period::Period;
+use crate::plausibility::Elapsed;
 use crate::saturation::{LastingSaturation, SaturationWatch};
 use crate::schedule::Tick;
 use crate::supervisor::Authority;
@@ -92,8 +93,10 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
         nominal: Period,
         authority: Authority,
     ) -> Result<Signals<J, N>, SignalFault> {
+        let between_syncs = self.task_clock.since_sync(sync_sent);
         let (time, period) = self.task_clock.advance(tick, sync_sent, nominal);
-        let estimate = self.estimation.estimate(counts, period)?;
+        let elapsed = Elapsed { period, error: between_syncs.map_or(0.0, |between| (between - period).abs()) };
+        let estimate = self.estimation.estimate(counts, elapsed)?;
         finite::check_estimate(&estimate)?;
         let measurement = estimate.measurement();
         let reference = self.motion.at(time);

@@ -84,6 +84,7 @@ pub fn robot() -> Robot<3, 2> {
     let milliseconds = Duration::from_millis;
     Robot {
         feedback_timeout: Duration::from_micros(2_250),
+        acceleration_bounds: None,
         name: "test".to_owned(),
         joints: [joint(1), joint(2), joint(3)],
         task: Task {
