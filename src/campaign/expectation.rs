@@ -82,10 +82,5 @@ impl Expectation {
 }
 
 /// By what a run may end whose encoder, brake or motor does not do what the torque asks of it.
-const ENCODER: &[FaultCode] = &[
-    FaultCode::EncoderImplausible,
-    FaultCode::TrackingError,
-    FaultCode::JointVelocity,
-    FaultCode::JointAngle,
-    FaultCode::TorqueSaturated,
-];
+const ENCODER: &[FaultCode] =
+    &[FaultCode::EncoderImplausible, FaultCode::TrackingError, FaultCode::JointVelocity, FaultCode::JointAngle];

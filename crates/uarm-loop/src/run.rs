@@ -170,8 +170,7 @@ pub fn signal_path<'a, const J: usize, const N: usize>(
     controller: &'a mut dyn Controller<f64, N>,
 ) -> Result<SignalPath<'a, J, N>, SetupError> {
     Ok(SignalPath {
-        estimation: Estimation::new(robot.joints.each_ref().map(|joint| (joint.encoder, joint.estimator)))
-            .within(robot.acceleration_bounds),
+        estimation: Estimation::new(robot.joints.each_ref().map(|joint| (joint.encoder, joint.estimator))),
         motion: robot.task.motion(),
         controller,
         torque: TorqueStage {
