@@ -82,5 +82,10 @@ impl Expectation {
 }
 
 /// By what a run may end whose encoder, brake or motor does not do what the torque asks of it.
-const ENCODER: &[FaultCode] =
-    &[FaultCode::EncoderImplausible, FaultCode::TrackingError, FaultCode::JointVelocity, FaultCode::JointAngle];
+const ENCODER: &[FaultCode] = &[
+    FaultCode::EncoderImplausible,
+    FaultCode::TrackingError,
+    FaultCode::JointVelocity,
+    FaultCode::JointAngle,
+    FaultCode::TorqueSaturated,
+];

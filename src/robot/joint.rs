@@ -5,7 +5,6 @@ use uarm_io::encoder::{CounterWidth, CountsPerRevolution, Direction, EncoderConf
 use uarm_io::gear::{GearRatio, Transmission};
 use uarm_io::time::Duration;
 use uarm_io::torque::{RatedTorque, TorqueCeiling, TorqueScale, TorqueUnit};
-use uarm_loop::barrier::LargestAcceleration;
 use uarm_loop::guard::JointLimits;
 use uarm_loop::robot::Joint;
 
@@ -89,22 +88,7 @@ fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>)
         torque_limit,
         torque_rate_limit,
         limits: JointLimits { position: [minimum.to_radians(), maximum.to_radians()], velocity },
-        brake: brake(&field("limits.brake_ms"), limits, check)?,
-        // What the model tells is filled in when the model is read.
-        acceleration: LargestAcceleration::default(),
     })
-}
-
-/// The longest that a brake may take to close, ms: a joint that coasts longer needs another brake.
-const SLOWEST_BRAKE_MS: u16 = 1000;
-
-/// From the command to stop until the brake holds.
-fn brake(field: &str, limits: &file::Limits, check: &Checker<'_>) -> Result<Duration, RobotError> {
-    let milliseconds = limits.brake_ms.unwrap_or_default();
-    if milliseconds > SLOWEST_BRAKE_MS {
-        return Err(check.refuse(field, milliseconds, format!("at most {SLOWEST_BRAKE_MS}")));
-    }
-    Ok(Duration::from_millis(milliseconds.into()))
 }
 
 /// The gear between motor and joint.

@@ -9,6 +9,7 @@
 //! | `reading` | TOML into a type, and the fields that it does not know |
 //! | `task` | the motion |
 //! | [`demand`] | what the motion asks of the joints, and whether they have it |
+//! | `acceleration` | how fast the joints can change their velocities |
 //! | `joint` | encoders, gears, torque scales and limits |
 //! | `drive` | what the master wants of a drive |
 //! | `bus` | the bus and its time budget |
@@ -139,14 +140,11 @@ impl Robot {
             let expected = format!("{} to {}", Period::SHORTEST.as_micros(), Period::LONGEST.as_micros());
             check.refuse("control.period_us", file.control.period_us, expected)
         })?;
-        let mut joints = joint::check(&file, &check)?;
+        let joints = joint::check(&file, &check)?;
         let model = model(&file.model, &check)?;
-        let torques = joints.each_ref().map(|joint| joint.torque_limit);
-        for (joint, acceleration) in joints.iter_mut().zip(acceleration::largest(&model, torques)) {
-            joint.acceleration = acceleration;
-        }
         control::check(&file, model, &check)?;
         let bus = bus::check(&file.bus, &joints, protocol::check(&file, &check)?, period, &check)?;
+        let acceleration_bounds = acceleration::bounds(&model, &joints);
         Ok(Self {
             source: text.to_owned(),
             profiles: Vec::new(),
@@ -154,6 +152,7 @@ impl Robot {
                 name: file.name.clone(),
                 joints,
                 task: task::check(&file.task, &check)?,
+                acceleration_bounds,
                 period,
                 feedback_timeout: control::feedback_timeout(&file.control, &bus, period, &check)?,
                 tracking_error_limit: check

@@ -160,6 +160,7 @@ fn message_of(source: AngleSource) -> drive_state::AngleSource {
     match source {
         AngleSource::Measured => drive_state::AngleSource::Measured,
         AngleSource::Missing => drive_state::AngleSource::Missing,
+        AngleSource::Refused => drive_state::AngleSource::Refused,
     }
 }
 
@@ -167,6 +168,7 @@ fn angle_source(message: drive_state::AngleSource) -> AngleSource {
     match message {
         drive_state::AngleSource::Measured => AngleSource::Measured,
         drive_state::AngleSource::Missing => AngleSource::Missing,
+        drive_state::AngleSource::Refused => AngleSource::Refused,
     }
 }
 

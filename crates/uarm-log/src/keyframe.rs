@@ -3,6 +3,7 @@
 use uarm_loop::estimation::JointState;
 use uarm_loop::hinf_control::{FrozenState, STATE_CAPACITY};
 use uarm_loop::keyframe::{Approach, Keyframe};
+use uarm_loop::plausibility::Trend;
 use uarm_loop::task_clock::TaskClockState;
 use uarm_loop::uarm_io::encoder::EncoderReading;
 use uarm_loop::uarm_io::estimator::Estimate;
@@ -44,7 +45,14 @@ fn joint(state: &JointState) -> keyframe::JointState {
             acceleration,
         }),
         predicted: state.predicted,
+        refused: state.refused,
+        trend: Some(trend(state.trend)),
+        time_error: state.time_error,
     }
+}
+
+const fn trend(Trend { velocity, span, time_error }: Trend) -> keyframe::Trend {
+    keyframe::Trend { velocity, span, time_error }
 }
 
 /// The keyframe of a message.
@@ -101,6 +109,12 @@ fn joint_state(state: &keyframe::JointState) -> JointState {
             acceleration: estimate.acceleration,
         }),
         predicted: state.predicted,
+        refused: state.refused,
+        trend: state.trend.map_or_else(Trend::default, |trend| {
+            let keyframe::Trend { velocity, span, time_error } = trend;
+            Trend { velocity, span, time_error }
+        }),
+        time_error: state.time_error,
     }
 }
 
@@ -114,12 +128,16 @@ mod tests {
         fn any_joint()(
             encoder in prop::option::of((any::<i32>(), any::<i64>(), any::<u64>())),
             estimate in prop::option::of(any::<[f64; 3]>()),
-            predicted in any::<u32>(),
+            [predicted, refused] in any::<[u32; 2]>(),
+            [velocity, span, trend_error, time_error] in any::<[f64; 4]>(),
         ) -> JointState {
             JointState {
                 encoder: encoder.map(|(raw, count, age)| EncoderReading { raw, count, age: Duration::from_nanos(age) }),
                 estimator: estimate.map(|[position, velocity, acceleration]| Estimate { position, velocity, acceleration }),
                 predicted,
+                refused,
+                trend: Trend { velocity, span, time_error: trend_error },
+                time_error,
             }
         }
     }

@@ -61,8 +61,6 @@ fn joint(name: &str, node: u8, torque_limit: f64) -> Result<Joint, Failure> {
         torque_limit,
         torque_rate_limit: 100.0,
         limits: JointLimits { position: [-60.0, 60.0], velocity: FASTEST },
-        brake: Default::default(),
-        acceleration: Default::default(),
     })
 }
 
@@ -70,6 +68,7 @@ fn robot() -> Result<Robot<JOINTS, ACTIVE>, Failure> {
     let bit_rate = BitRate::new(1_000_000)?;
     Ok(Robot {
         feedback_timeout: Duration::from_micros(2_250),
+        acceleration_bounds: None,
         name: "three joints".to_owned(),
         joints: [joint("base", 1, 0.0)?, joint("joint 2", 2, 0.2)?, joint("joint 3", 3, 0.2)?],
         task: Task { reference: QuinticReference::paper(), hold: 0.5, start_tolerance: 0.03 },

@@ -9,13 +9,17 @@ use uarm_io::estimator::{self, AnyEstimator, EstimatorState};
 use uarm_io::time::Duration;
 
 use crate::dimensions;
+use crate::plausibility::{AccelerationBound, Elapsed, Trend, Window};
 
 /// The encoders and the velocity estimators of `J` joints.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimation<const J: usize> {
     joints: [JointEstimation; J],
+    bounds: Option<[AccelerationBound; J]>,
 }
 
+/// How many counts in a row may be refused; one more ends the run.
+pub const MOST_REFUSED: u32 = 1;
 /// In how many cycles in a row a joint's angle may be predicted; one more ends the run.
 pub const MOST_PREDICTED: u32 = 2;
 
@@ -25,6 +29,11 @@ struct JointEstimation {
     estimator: AnyEstimator<f64>,
     /// For how many cycles in a row the angle was predicted.
     predicted: u32,
+    /// How many counts in a row were refused.
+    refused: u32,
+    trend: Trend,
+    /// How far the time since the last count may be from the true one, s.
+    time_error: f64,
 }
 
 /// Where the angle of a joint in one cycle comes from.
@@ -35,6 +44,8 @@ pub enum AngleSource {
     Measured,
     /// Predicted: no count came in time.
     Missing,
+    /// Predicted: the count that came cannot be where the joint is.
+    Refused,
 }
 
 /// The inner state of one joint's encoder and estimator.
@@ -46,6 +57,12 @@ pub struct JointState {
     pub estimator: EstimatorState<f64>,
     /// For how many cycles in a row the angle was predicted.
     pub predicted: u32,
+    /// How many counts in a row were refused.
+    pub refused: u32,
+    /// How the joint went between its last two counts.
+    pub trend: Trend,
+    /// How far the time since the last count may be from the true one, s.
+    pub time_error: f64,
 }
 
 /// What the encoders tell in one cycle of `J` joints, the passive base first.
@@ -77,6 +94,20 @@ pub enum AngleError {
     /// A count that cannot be where the joint has gone.
     #[error(transparent)]
     Encoder(#[from] EncoderError),
+    /// Counts that are not where the joint's motion leads, with all the acceleration that it can have.
+    #[error(
+        "the counter went by {change} counts in {elapsed:?}, expected {expected:.1} with a tolerance of {tolerance:.1}: the joint cannot accelerate like that"
+    )]
+    Implausible {
+        /// Counts by which it changed since the last one that was believed.
+        change: i64,
+        /// Counts that were expected.
+        expected: f64,
+        /// How far from that is believed, counts.
+        tolerance: f64,
+        /// Time since that count.
+        elapsed: Duration,
+    },
     /// No count came in the first cycle: there is nothing to predict from.
     #[error("its drive sent no position in the first cycle")]
     NoneYet,
@@ -92,36 +123,44 @@ impl<const J: usize> Estimation<J> {
     /// Encoders and estimators of joints 1 to J.
     pub fn new(joints: [(EncoderConfiguration, AnyEstimator<f64>); J]) -> Self {
         Self {
+            bounds: None,
             joints: joints.map(|(configuration, estimator)| JointEstimation {
                 encoder: Encoder::new(configuration),
                 estimator,
                 predicted: 0,
+                refused: 0,
+                trend: Trend::default(),
+                time_error: 0.0,
             }),
         }
     }
 
-    /// Takes in the counts of one cycle, `period` seconds after the last; nothing of a joint whose drive sent none.
+    /// The same, which refuses counts that need more acceleration than `bounds`.
+    #[must_use]
+    pub const fn within(self, bounds: Option<[AccelerationBound; J]>) -> Self {
+        Self { bounds, ..self }
+    }
+
+    /// Takes in the counts of one cycle, `elapsed` after the last; nothing of a joint whose drive sent none.
     ///
     /// # Errors
     /// [`EstimationError`] if a count cannot be where a joint has gone, or is missing for too long.
-    pub fn estimate(&mut self, counts: &[Option<i32>; J], period: f64) -> Result<Estimate<J>, EstimationError> {
-        let elapsed = Duration::try_from_secs_f64(period).unwrap_or(Duration::ZERO);
+    pub fn estimate(&mut self, counts: &[Option<i32>; J], elapsed: Elapsed) -> Result<Estimate<J>, EstimationError> {
+        let fastest = self.joints.iter().map(JointEstimation::speed).fold(0.0, f64::max);
+        let bounds = self.bounds.map_or([None; J], |bounds| bounds.map(Some));
         let mut estimate = Estimate::default();
-        let joints = self.joints.iter_mut().zip(counts).zip(1..);
+        let joints = self.joints.iter_mut().zip(counts).zip(bounds).zip(1..);
         let angles = estimate.measured.iter_mut().zip(&mut estimate.sources);
         let results = estimate.joints.iter_mut().zip(&mut estimate.counts).zip(angles);
-        for (((joint, raw), number), ((motion, count), (measured, source))) in joints.zip(results) {
-            *source = joint.read(*raw, elapsed).map_err(|source| EstimationError { joint: number, source })?;
+        for ((((joint, raw), bound), number), ((motion, count), (measured, source))) in joints.zip(results) {
+            *source = joint
+                .read(*raw, elapsed, bound, fastest)
+                .map_err(|source| EstimationError { joint: number, source })?;
             *measured = joint.angle();
-            *motion = joint.estimator.update(*measured, period);
+            *motion = joint.estimator.update(*measured, elapsed.period);
             *count = joint.encoder.freeze().map_or(0, |last| last.raw);
         }
         Ok(estimate)
-    }
-
-    /// The angles of the last cycle, measured or predicted, rad; none before the first.
-    pub fn angles(&self) -> [Option<f64>; J] {
-        self.joints.each_ref().map(|joint| joint.encoder.freeze().map(|_| joint.angle()))
     }
 
     /// The whole inner state.
@@ -130,6 +169,9 @@ impl<const J: usize> Estimation<J> {
             encoder: joint.encoder.freeze(),
             estimator: joint.estimator.freeze(),
             predicted: joint.predicted,
+            refused: joint.refused,
+            trend: joint.trend,
+            time_error: joint.time_error,
         })
     }
 
@@ -139,21 +181,75 @@ impl<const J: usize> Estimation<J> {
             joint.encoder.thaw(state.encoder);
             joint.estimator.thaw(state.estimator);
             joint.predicted = state.predicted;
+            joint.refused = state.refused;
+            joint.trend = state.trend;
+            joint.time_error = state.time_error;
         }
     }
 }
 
 impl JointEstimation {
-    /// Takes in the count of this cycle, if one came.
-    fn read(&mut self, raw: Option<i32>, elapsed: Duration) -> Result<AngleSource, AngleError> {
-        let Some(raw) = raw else { return self.miss(elapsed) };
-        self.encoder.update(raw, elapsed)?;
-        self.predicted = 0;
-        Ok(AngleSource::Measured)
+    /// How fast it went between its last two counts, rad/s.
+    fn speed(&self) -> f64 {
+        self.trend.velocity.abs() * self.encoder.angle_of(1)
     }
 
-    /// Bears a cycle without a count.
-    fn miss(&mut self, elapsed: Duration) -> Result<AngleSource, AngleError> {
+    /// Takes in the count of this cycle, if one came.
+    fn read(
+        &mut self,
+        raw: Option<i32>,
+        elapsed: Elapsed,
+        bound: Option<AccelerationBound>,
+        fastest: f64,
+    ) -> Result<AngleSource, AngleError> {
+        self.time_error += elapsed.error;
+        let period = Duration::try_from_secs_f64(elapsed.period).unwrap_or(Duration::ZERO);
+        let Some(raw) = raw else {
+            return self.predict(period, AngleSource::Missing);
+        };
+        match self.believed(raw, period, bound, fastest) {
+            Ok((encoder, trend)) => {
+                (self.encoder, self.trend, self.time_error) = (encoder, trend, 0.0);
+                (self.predicted, self.refused) = (0, 0);
+                Ok(AngleSource::Measured)
+            }
+            Err(error @ AngleError::Encoder(EncoderError::Ambiguous { .. })) => Err(error),
+            Err(error) => {
+                self.refused = self.refused.saturating_add(1);
+                if self.refused > MOST_REFUSED { Err(error) } else { self.predict(period, AngleSource::Refused) }
+            }
+        }
+    }
+
+    /// The encoder with this count, and how the joint came there, if both can be.
+    fn believed(
+        &self,
+        raw: i32,
+        period: Duration,
+        bound: Option<AccelerationBound>,
+        fastest: f64,
+    ) -> Result<(Encoder, Trend), AngleError> {
+        let mut encoder = self.encoder;
+        encoder.update(raw, period)?;
+        let (Some(from), Some(to)) = (self.encoder.freeze(), encoder.freeze()) else {
+            return Ok((encoder, Trend::default()));
+        };
+        let elapsed = from.age.saturating_add(period);
+        let span = elapsed.as_secs_f64();
+        if let Some(bound) = bound {
+            let window = bound.window(&self.trend, span, self.time_error, encoder.angle_of(1), fastest);
+            let change = to.count.saturating_sub(from.count);
+            let off: f64 = nalgebra::convert::<i64, f64>(change) - window.expected;
+            if off.abs() > window.tolerance {
+                let Window { expected, tolerance } = window;
+                return Err(AngleError::Implausible { change, expected, tolerance, elapsed });
+            }
+        }
+        Ok((encoder, Trend::between(&from, &to, span, self.time_error)))
+    }
+
+    /// Bears a cycle without a count that can be believed.
+    fn predict(&mut self, elapsed: Duration, why: AngleSource) -> Result<AngleSource, AngleError> {
         if self.encoder.freeze().is_none() {
             return Err(AngleError::NoneYet);
         }
@@ -162,7 +258,7 @@ impl JointEstimation {
         if self.predicted > MOST_PREDICTED {
             return Err(AngleError::Missing { cycles: self.predicted });
         }
-        Ok(AngleSource::Missing)
+        Ok(why)
     }
 
     /// The angle at this cycle: of its count, or of the last one, moved on with the estimated velocity.

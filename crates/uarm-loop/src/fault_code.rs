@@ -142,7 +142,7 @@ impl<E> Coded for CycleError<E> {
 impl Coded for EstimationError {
     fn code(&self) -> FaultCode {
         match self.source {
-            AngleError::Encoder(_) => FaultCode::EncoderImplausible,
+            AngleError::Encoder(_) | AngleError::Implausible { .. } => FaultCode::EncoderImplausible,
             AngleError::NoneYet | AngleError::Missing { .. } => FaultCode::FeedbackMissing,
         }
     }
@@ -175,8 +175,8 @@ impl<E> Coded for OdriveCycleError<E> {
 impl Coded for LimitViolation {
     fn code(&self) -> FaultCode {
         match self.quantity {
-            Quantity::Position | Quantity::StoppingAngle => FaultCode::JointAngle,
-            Quantity::Velocity | Quantity::StoppingVelocity => FaultCode::JointVelocity,
+            Quantity::Position => FaultCode::JointAngle,
+            Quantity::Velocity => FaultCode::JointVelocity,
             Quantity::TrackingError => FaultCode::TrackingError,
             Quantity::StartError => FaultCode::StartPosition,
             Quantity::ApproachVelocity => FaultCode::ApproachImpossible,

@@ -45,9 +45,9 @@
 //! | [`control_loop`] | the loop itself |
 //! | [`signal_path`] | from counts to torques without I/O: what a replay runs again |
 //! | [`estimation`], [`mod@motion`], [`guard`], [`torque`] | its stages: encoders, desired motion, limits of the robot, drives' torques |
-//! | [`barrier`] | the limits of motion, early enough to stop before them |
 //! | [`finite`], [`saturation`] | numbers that are none; torques that are cut for too long |
 //! | [`fade`] | the ramp of a stop that somebody asked for |
+//! | [`plausibility`] | can a joint be where its counts say? |
 //! | [`period`], [`schedule`], [`task_clock`] | the period; ticks and late ones; what time and period the laws are told |
 //! | [`record`], [`keyframe`] | what a cycle leaves behind; the whole inner state, frozen |
 //! | [`recording`] | from the loop to files: lock-free queues and a writer thread |
@@ -67,7 +67,6 @@ pub use hinf_control;
 pub use nalgebra;
 pub use uarm_io;
 
-pub mod barrier;
 pub mod choice;
 pub mod control_loop;
 pub mod dimensions;
@@ -82,6 +81,7 @@ pub mod network;
 pub mod odrive;
 pub mod outcome;
 pub mod period;
+pub mod plausibility;
 pub mod progress;
 pub mod record;
 pub mod recording;

@@ -14,11 +14,11 @@ use uarm_io::estimator::AnyEstimator;
 use uarm_io::time::Duration;
 use uarm_io::torque::TorqueScale;
 
-use crate::barrier::{LargestAcceleration, Stopping};
 use crate::fade::StopRamp;
 use crate::guard::{Guard, JointLimits};
 use crate::motion::Motion;
 use crate::period::Period;
+use crate::plausibility::AccelerationBound;
 use crate::saturation::SaturationLimit;
 use crate::schedule::OverrunsInARow;
 
@@ -33,6 +33,8 @@ pub struct Robot<const J: usize, const N: usize> {
     pub task: Task<N>,
     /// The loop's period.
     pub period: Period,
+    /// The largest accelerations of the joints, by which counts are believed; without them, by their velocities alone.
+    pub acceleration_bounds: Option<[AccelerationBound; J]>,
     /// How long after SYNC the drives' positions are waited for; at most the period.
     pub feedback_timeout: Duration,
     /// Largest tracking error of an active joint, rad; beyond it a run ends.
@@ -70,10 +72,6 @@ pub struct Joint {
     pub torque_rate_limit: f64,
     /// Limits of motion, beyond which a run ends.
     pub limits: JointLimits,
-    /// From the command to stop until the brake holds.
-    pub brake: Duration,
-    /// The most that the joint accelerates.
-    pub acceleration: LargestAcceleration,
 }
 
 /// The motion of an experiment.
@@ -124,18 +122,6 @@ pub struct Bus {
     pub emergency_reaction: EmergencyReaction,
 }
 
-impl Joint {
-    /// How the joint comes to rest.
-    pub fn stopping(&self) -> Stopping {
-        Stopping {
-            acceleration: self.acceleration,
-            brake: self.brake,
-            torque_delay: self.torque_delay,
-            resolution: self.encoder.counts_per_revolution.resolution(),
-        }
-    }
-}
-
 impl<const N: usize> Task<N> {
     /// The desired motion.
     pub const fn motion(&self) -> Motion<N> {
@@ -148,7 +134,6 @@ impl<const J: usize, const N: usize> Robot<J, N> {
     pub fn guard(&self) -> Guard<J> {
         Guard {
             joints: self.joints.each_ref().map(|joint| joint.limits),
-            stopping: self.joints.each_ref().map(Joint::stopping),
             tracking_error: self.tracking_error_limit,
             start_tolerance: self.task.start_tolerance,
         }

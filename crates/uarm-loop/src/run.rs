@@ -170,7 +170,8 @@ pub fn signal_path<'a, const J: usize, const N: usize>(
     controller: &'a mut dyn Controller<f64, N>,
 ) -> Result<SignalPath<'a, J, N>, SetupError> {
     Ok(SignalPath {
-        estimation: Estimation::new(robot.joints.each_ref().map(|joint| (joint.encoder, joint.estimator))),
+        estimation: Estimation::new(robot.joints.each_ref().map(|joint| (joint.encoder, joint.estimator)))
+            .within(robot.acceleration_bounds),
         motion: robot.task.motion(),
         controller,
         torque: TorqueStage {

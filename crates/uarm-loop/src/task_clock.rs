@@ -63,6 +63,11 @@ impl TaskClock {
         (self.state.time, period)
     }
 
+    /// Seconds since the SYNC of the previous cycle; nothing before the second.
+    pub fn since_sync(&self, sync_sent: Instant) -> Option<f64> {
+        Some(sync_sent.since(self.state.previous_sync?).as_secs_f64())
+    }
+
     /// Begins anew at `start`, s.
     pub const fn restart(&mut self, start: f64) {
         *self = Self::new(self.source, start);

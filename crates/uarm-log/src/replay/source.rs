@@ -54,7 +54,7 @@ impl<'a, const J: usize, const N: usize> Source<'a, J, N> {
         for (count, source) in counts.iter_mut().zip(record.angle_sources) {
             match source {
                 AngleSource::Missing => *count = None,
-                AngleSource::Measured => *count = Some((*count)?),
+                AngleSource::Measured | AngleSource::Refused => *count = Some((*count)?),
             }
         }
         Some(counts)

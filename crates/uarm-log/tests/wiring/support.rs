@@ -79,13 +79,12 @@ pub fn robot() -> Robot<3, 2> {
         torque_limit: 0.2,
         torque_rate_limit: 1_000.0,
         limits: JointLimits { position: [-1.0, 1.0], velocity: 1_000.0 },
-        brake: Default::default(),
-        acceleration: Default::default(),
     };
     let period = Period::new(Duration::from_millis(3)).unwrap();
     let milliseconds = Duration::from_millis;
     Robot {
         feedback_timeout: Duration::from_micros(2_250),
+        acceleration_bounds: None,
         name: "test".to_owned(),
         joints: [joint(1), joint(2), joint(3)],
         task: Task {

@@ -1,0 +1,100 @@
+//! Whether counts can be where a joint has gone: a window around where its last two counts lead.
+//!
+//! A joint that went from q₁ to q₂ in the time T₁ is at q₂ + (q₂ − q₁)/T₁ · T after the time T, but for what its acceleration
+//! adds: at most a (T² + T T₁)/2, since the mean velocity over T₁ is that at some instant of it. To this come rounding of three
+//! angles, at most two counts where T = T₁, and what is not known of the instants of sampling.
+
+use uarm_io::encoder::EncoderReading;
+
+/// The largest acceleration of a joint, from the nominal model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AccelerationBound {
+    /// By the largest torques of all joints, rad/s².
+    pub by_torque: f64,
+    /// By Coriolis and centrifugal torques, rad/s² for each (rad/s)² of the fastest joint.
+    pub by_velocity: f64,
+}
+
+/// How much more than the nominal model's acceleration is believed: for masses that are wrong, friction and disturbances.
+const MODEL_MARGIN: f64 = 2.0;
+/// Rounding of the three angles, in counts of the encoder, and one more for an encoder whose edges are not exact.
+const ROUNDING: f64 = 3.0;
+/// How far the instants of sampling may be off, as a share of the period: drives that sample in a cycle of their own.
+const SAMPLING_SHARE: f64 = 0.25;
+
+/// How a joint went between its last two counts that were believed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Trend {
+    /// Mean velocity, counts per second.
+    pub velocity: f64,
+    /// The time between them, s; zero before the second.
+    pub span: f64,
+    /// How far that time may be from the true one, s.
+    pub time_error: f64,
+}
+
+/// The time of a cycle since the one before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elapsed {
+    /// As estimators and laws are told, s.
+    pub period: f64,
+    /// How far that is from the time between the two SYNCs, s.
+    pub error: f64,
+}
+
+impl Elapsed {
+    /// Exactly `period` seconds.
+    pub const fn exactly(period: f64) -> Self {
+        Self { period, error: 0.0 }
+    }
+}
+
+/// What is believed of a joint's next count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// Counts from the last one that was believed, as predicted.
+    pub expected: f64,
+    /// How far from that it may be, counts.
+    pub tolerance: f64,
+}
+
+impl AccelerationBound {
+    /// Where the next count may be, `time` seconds after the last, of a joint of which one count is `resolution` rad, while the
+    /// fastest joint turns with `fastest` rad/s.
+    pub fn window(&self, trend: &Trend, time: f64, time_error: f64, resolution: f64, fastest: f64) -> Window {
+        let acceleration = MODEL_MARGIN * (self.by_torque + self.by_velocity * fastest * fastest);
+        let moved = acceleration * time * (time + trend.span) / 2.0 / resolution;
+        let times = if trend.span > 0.0 { time / trend.span } else { 0.0 };
+        let sampling = SAMPLING_SHARE * time + time_error + trend.time_error * times;
+        Window {
+            expected: trend.velocity * time,
+            // Rounding of the velocity grows with the time for which it is taken on.
+            tolerance: moved + ROUNDING.max(ROUNDING * times) + trend.velocity.abs() * sampling,
+        }
+    }
+}
+
+impl Trend {
+    /// The trend from one reading to the next, `span` seconds later.
+    pub fn between(from: &EncoderReading, to: &EncoderReading, span: f64, time_error: f64) -> Self {
+        let change: f64 = nalgebra::convert(to.count.saturating_sub(from.count));
+        if span > 0.0 { Self { velocity: change / span, span, time_error } } else { Self::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 0.01 rad a count, 100 counts per second over 0.1 s, 5 rad/s² twice: 10 rad/s² over (0.1² + 0.1²)/2 s² are 0.1 rad.
+    #[test]
+    fn a_window_is_what_acceleration_rounding_and_sampling_allow() {
+        let bound = AccelerationBound { by_torque: 3.0, by_velocity: 0.5 };
+        let trend = Trend { velocity: 100.0, span: 0.1, time_error: 0.0 };
+        let window = bound.window(&trend, 0.1, 0.0, 0.01, 2.0);
+        assert!((window.expected - 10.0).abs() < 1e-12);
+        assert!((window.tolerance - (10.0 + 3.0 + 2.5)).abs() < 1e-9, "{window:?}");
+        let late = bound.window(&trend, 0.1, 0.02, 0.01, 2.0);
+        assert!((late.tolerance - window.tolerance - 2.0).abs() < 1e-9, "100 counts per second for 20 ms");
+    }
+}
