@@ -51,7 +51,7 @@ fn parts_run_on_any_number_of_threads_merge_to_the_bytes_of_the_whole() {
 
     let incomplete = uarm(&folder, &["campaign", "merge", "1.jsonl", "3.jsonl"]);
     assert_eq!(incomplete.status.code(), Some(1));
-    assert!(text(&incomplete).contains("seed 2 stands in the files 0 times"), "{}", text(&incomplete));
+    assert!(text(&incomplete).contains("experiment 2 stands in the files 0 times"), "{}", text(&incomplete));
     let foreign = uarm(&folder, &["campaign", "merge", "1.jsonl", "seven.jsonl"]);
     assert!(text(&foreign).contains("seven.jsonl: of "), "{}", text(&foreign));
     let replaced = uarm(&folder, &["campaign", "--seeds", "1", "--output", "whole.jsonl"]);

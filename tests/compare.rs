@@ -20,7 +20,7 @@ use uarm::study::spread::Spread;
 use uarm::study::start::StartVariation;
 
 use hinf_control::Disturbance;
-use support::{scratch, standard_output, uarm};
+use support::{scratch, standard_output, text, uarm};
 
 static PAPER: LazyLock<Vec<ControllerVariant>> = LazyLock::new(|| ControllerVariant::paper().collect());
 
@@ -211,6 +211,31 @@ fn the_coarse_step_of_the_draws_changes_less_than_the_encoder_phase_does() {
         approx::assert_relative_eq!(coarse.l2, row.l2.mean, max_relative = 2e-3);
         approx::assert_relative_eq!(coarse.e, row.e.mean, max_relative = 2e-3);
     }
+}
+
+#[test]
+fn parts_of_a_monte_carlo_study_merge_to_the_bytes_of_the_whole() {
+    let folder = scratch("monte-carlo-parts");
+    // Of an earlier test run; outputs are never replaced.
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = |name: &str| folder.join(name).display().to_string();
+    let study = ["compare", "--controllers", "nonlinear,adaptive", "--monte-carlo", "5"];
+    let run = |more: &[&str]| standard_output(&[&study, more].concat());
+    let whole = run(&["--draws", &file("whole.jsonl"), "--csv", &file("whole.csv")]);
+    let part = run(&["--shard", "1/2", "--draws", &file("1.jsonl"), "--threads", "1"]);
+    assert!(part.starts_with("UARM, 3 of 5 times,"), "{part}");
+    run(&["--shard", "2/2", "--draws", &file("2.jsonl"), "--threads", "2"]);
+    let merge = ["compare", "merge", &file("2.jsonl"), &file("1.jsonl")];
+    let outputs = ["--draws", &file("merged.jsonl"), "--csv", &file("merged.csv")];
+    assert_eq!(standard_output(&[&merge[..], &outputs].concat()), whole);
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    assert_eq!(read("merged.jsonl"), read("whole.jsonl"));
+    assert_eq!(read("merged.csv"), read("whole.csv"));
+    let output = uarm(&merge[..3]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output).contains("experiment 1 stands in the files 0 times"), "{}", text(&output));
+    assert_eq!(uarm(&[&study[..], &["--shard", "1/2"]].concat()).status.code(), Some(2), "a part that is not kept");
 }
 
 #[test]

@@ -13,7 +13,7 @@
 //! | [`observation`] | how a run ended, and what was seen of it |
 //! | [`judgement`] | what must be true of any run |
 //! | [`trial`] | one seed, run and judged |
-//! | [`shard`], [`store`] | a part of the seeds; the file of trials, and how parts become a whole |
+//! | [`store`] | the file of trials |
 //! | [`summary`] | what came of them, by fault |
 
 pub mod expectation;
@@ -22,7 +22,6 @@ pub mod injection;
 pub mod judgement;
 pub mod observation;
 pub mod scenario;
-pub mod shard;
 pub mod store;
 pub mod summary;
 pub mod trial;

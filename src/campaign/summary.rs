@@ -5,14 +5,14 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use super::store::{Header, Trials};
+use super::store::{CampaignHeader, Trials};
 use super::trial::Trial;
 
 /// What came of a campaign.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// What it is of.
-    pub campaign: Header,
+    pub campaign: CampaignHeader,
     /// Trials that were made.
     pub trials: usize,
     /// The kinds of fault, by name.
@@ -38,11 +38,11 @@ impl Summary {
     /// The summary of `trials`.
     pub fn new(trials: &Trials) -> Self {
         let mut faults: BTreeMap<String, FaultSummary> = BTreeMap::new();
-        for trial in &trials.trials {
+        for trial in &trials.results {
             faults.entry(trial.fault.clone()).or_default().add(trial);
         }
-        let failed = trials.trials.iter().filter(|trial| !trial.is_good()).cloned().collect();
-        Self { campaign: trials.header.clone(), trials: trials.trials.len(), faults, failed }
+        let failed = trials.results.iter().filter(|trial| !trial.is_good()).cloned().collect();
+        Self { campaign: trials.header.clone(), trials: trials.results.len(), faults, failed }
     }
 
     /// Prints it for people.
@@ -50,7 +50,7 @@ impl Summary {
     /// # Errors
     /// If the output cannot be written.
     pub fn print(&self, output: &mut impl Write) -> io::Result<()> {
-        let Header { robot, first_seed, seeds, .. } = &self.campaign;
+        let CampaignHeader { robot, first_seed, seeds, .. } = &self.campaign;
         let last = first_seed + seeds.saturating_sub(1);
         writeln!(output, "{robot}: {} trials of the seeds {first_seed} to {last}", self.trials)?;
         writeln!(output, "  {:<20} {:>6} {:>6} {:>12}  ends", "fault", "trials", "failed", "slowest (ms)")?;

@@ -1,7 +1,7 @@
 //! What differs between the repetitions of an experiment on a robot: where exactly it starts.
 
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::random::{Stream, Subject};
 use crate::robot::Robot;
@@ -11,7 +11,7 @@ use crate::robot::Robot;
 pub const LARGEST_START_ERROR: f64 = 0.1 * std::f64::consts::PI / 180.0;
 
 /// What differs from repetition to repetition.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum StartVariation {
     /// Nothing: every repetition is the experiment of `uarm run --virtual-time`, bit for bit

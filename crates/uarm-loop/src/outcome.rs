@@ -2,7 +2,7 @@
 
 use hinf_control::{Law, PerformanceIndices};
 use nalgebra::SVector;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use uarm_io::realtime::PageFaults;
 
 use crate::motion::Motion;
@@ -12,7 +12,7 @@ use crate::statistics::Statistics;
 use crate::timing::{TimingRecorder, TimingSummary};
 
 /// The performance indices of the paper, section 4.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Indices {
     /// L2 norm of the state tracking error.
     pub l2: f64,

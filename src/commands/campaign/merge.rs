@@ -38,9 +38,7 @@ pub struct Arguments {
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let outputs = OutputFiles::new(arguments.force, arguments.parts.iter().map(PathBuf::as_path));
     outputs.check(arguments.output.as_deref()).context("--output")?;
-    let read = |path: &PathBuf| Ok((path.display().to_string(), Trials::read(path)?));
-    let parts = arguments.parts.iter().map(read).collect::<anyhow::Result<Vec<_>>>()?;
-    let whole = Trials::merge(parts)?;
+    let whole = Trials::merge(&arguments.parts)?;
     if let Some(path) = &arguments.output {
         outputs.write(path, |output| whole.write(output)).context("--output")?;
     }

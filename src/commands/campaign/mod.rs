@@ -10,13 +10,13 @@ use std::process::ExitCode;
 use anyhow::Context;
 use uarm_loop::robot::Protocol;
 
-use crate::campaign::shard::Shard;
-use crate::campaign::store::{Header, Trials};
+use crate::campaign::store::{CampaignHeader, Trials};
 use crate::campaign::trial::Trial;
 use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
 use crate::study::parallel::{all_cores, in_parallel};
 use crate::study::progress::progress_bar;
+use crate::study::shard::Shard;
 use crate::version::VERSION;
 use outcome::tell;
 
@@ -103,21 +103,21 @@ fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     let threads = arguments.threads.unwrap_or_else(all_cores);
     let trials = in_parallel(seeds.len(), threads, |index| Trial::run(&robot, seeds[index]), || bar.inc(1));
     bar.finish_and_clear();
-    let trials = Trials { header, trials: trials? };
+    let trials = Trials { header, results: trials? };
     if let Some(path) = &arguments.output {
         outputs.write(path, |output| trials.write(output)).context("--output")?;
     }
     tell(&trials, arguments.json)
 }
 
-fn header(arguments: &RunArguments, robot: &Robot) -> anyhow::Result<Header> {
+fn header(arguments: &RunArguments, robot: &Robot) -> anyhow::Result<CampaignHeader> {
     let (first, seeds) = (arguments.first, arguments.seeds.get());
     anyhow::ensure!(
         first.checked_add(seeds).is_some(),
         "--first {first}, --seeds {seeds}: expected a last seed below {}",
         u64::MAX
     );
-    Ok(Header {
+    Ok(CampaignHeader {
         uarm: VERSION.to_owned(),
         robot: robot.description.name.clone(),
         robot_crc32: crc32fast::hash(robot.source.as_bytes()),

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use super::comparison::{Comparison, Failure};
+use super::draws::{DrawnPlant, Draws};
 use super::monte_carlo::MonteCarlo;
 
 /// Writes the experiments of a comparison; of one that did not come to its end, why.
@@ -43,25 +44,26 @@ fn quoted(text: &str) -> String {
 ///
 /// # Errors
 /// If the output cannot be written.
-pub fn write_monte_carlo(study: &MonteCarlo, output: &mut (impl Write + ?Sized)) -> io::Result<()> {
+pub fn write_monte_carlo(study: &MonteCarlo, draws: &Draws, output: &mut (impl Write + ?Sized)) -> io::Result<()> {
     writeln!(
         output,
         "draw,controller,origin,l2,e_nms,viscous_friction_1_nm_s,viscous_friction_2_nm_s,viscous_friction_3_nm_s,\
          coulomb_friction_1_nm,coulomb_friction_2_nm,coulomb_friction_3_nm,base_inertia_scale,link_scale,torque_gain,\
          tilt_x_m_per_s2,tilt_y_m_per_s2,start_offset_1_deg,start_offset_2_deg,start_offset_3_deg,failure"
     )?;
-    for (index, draw) in study.experiments.iter().enumerate() {
+    for draw in &draws.results {
+        let DrawnPlant { viscous_friction, coulomb_friction, base_inertia_scale, link_inertia_scale, gain, tilt } =
+            draw.plant;
         for (row, indices) in study.controllers.iter().zip(&draw.indices) {
-            write!(output, "{},{},{}", index + 1, row.controller, row.origin.label())?;
+            write!(output, "{},{},{}", draw.draw, row.controller, row.origin.label())?;
             match indices {
                 Ok(indices) => write_numbers(output, &[indices.l2, indices.e])?,
                 Err(_) => write!(output, ",,")?,
             }
-            write_numbers(output, draw.plant.viscous_friction().as_slice())?;
-            write_numbers(output, draw.plant.coulomb_friction().as_slice())?;
-            let plant = &draw.plant;
-            write_numbers(output, &[plant.base_inertia_scale(), plant.link_inertia_scale(), plant.gain()])?;
-            write_numbers(output, plant.tilt().as_slice())?;
+            write_numbers(output, &viscous_friction)?;
+            write_numbers(output, &coulomb_friction)?;
+            write_numbers(output, &[base_inertia_scale, link_inertia_scale, gain])?;
+            write_numbers(output, &tilt)?;
             write_numbers(output, &draw.start_offset.map(f64::to_degrees))?;
             writeln!(output, ",{}", indices.as_ref().err().map_or_else(String::new, |reason| quoted(reason)))?;
         }

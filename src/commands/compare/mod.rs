@@ -3,9 +3,12 @@
 mod caveat;
 pub mod comparison;
 mod csv;
+pub mod draws;
 pub mod experiments;
+mod merge;
 pub mod monte_carlo;
 mod statistics;
+mod study;
 mod table;
 pub mod variant;
 
@@ -23,6 +26,7 @@ use crate::output_files::{Force, OutputFiles};
 use crate::simulated_robot::PlantChoice;
 use crate::study::parallel::all_cores;
 use crate::study::progress::progress_bar;
+use crate::study::shard::Shard;
 use crate::study::spread::Spread;
 use crate::study::start::StartVariation;
 use comparison::ComparisonSettings;
@@ -31,21 +35,39 @@ use variant::ControllerVariants;
 
 /// Arguments of `uarm compare`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "\
 Examples:
   uarm compare                               the paper's six, five experiments each, beside Table 4
   uarm compare --controllers all             also other readings of the paper, our extensions and the baseline
   uarm compare --plant ideal --controllers nonlinear,nonlinear-omitted,nonlinear-reduced
   uarm compare --repeat 20 --seed 7 --csv experiments.csv
   uarm compare --monte-carlo 1000 --spread 20% --csv draws.csv
+  uarm compare --monte-carlo 10000 --shard 2/8 --draws 2.jsonl   a part of it; `uarm compare merge` joins them
   uarm compare --variation none --repeat 1   the numbers of `uarm run --virtual-time`
 
 Controllers, by name: nonlinear, adaptive, neural, neural-model, fuzzy, fuzzy-model (`paper`, as the robot file has them);
 nonlinear-measured, nonlinear-omitted (other readings: where the base acceleration comes from); nonlinear-reduced,
 nonlinear-reduced-momentum, neural-model-reduced, fuzzy-model-reduced (ours: docs/theory.md); computed-torque (a baseline).
 
-Repetition k of a seed starts at the same angles for every controller. The numbers are the same on any number of threads.")]
+Repetition k of a seed starts at the same angles for every controller. The numbers are the same on any number of threads."
+)]
 pub struct Arguments {
+    #[command(subcommand)]
+    merge: Option<Command>,
+    #[command(flatten)]
+    run: RunArguments,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// Make a whole of the files of parts of a Monte Carlo study
+    Merge(merge::Arguments),
+}
+
+#[derive(Debug, clap::Args)]
+struct RunArguments {
     /// The controllers: `paper` (its six), `all`, or names with commas between
     #[arg(long, default_value = "paper", value_name = "NAMES")]
     controllers: ControllerVariants,
@@ -67,6 +89,12 @@ pub struct Arguments {
     /// How far each parameter of the drawn plants may be from the robot file's, as 20% or 0.2
     #[arg(long, default_value = "20%", value_name = "SHARE", requires = "monte_carlo")]
     spread: Spread,
+    /// Only this part of the draws, such as 2/8
+    #[arg(long, value_name = "PART/PARTS", requires = "draws")]
+    shard: Option<Shard>,
+    /// Write every draw to this file, a line of JSON each, for `uarm compare merge`
+    #[arg(long, value_name = "FILE.jsonl", requires = "monte_carlo")]
+    draws: Option<PathBuf>,
     /// What differs between the experiments
     #[arg(long, value_enum, default_value_t, value_name = "WHAT")]
     variation: StartVariation,
@@ -91,15 +119,20 @@ pub struct Arguments {
 /// # Errors
 /// If the robot file is wrong, an experiment cannot be begun, or a file cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let arguments = match &arguments.merge {
+        Some(Command::Merge(arguments)) => return merge::execute(arguments),
+        None => &arguments.run,
+    };
     let outputs = OutputFiles::new(arguments.force, arguments.robot.as_deref());
     outputs.check(arguments.csv.as_deref()).context("--csv")?;
+    outputs.check(arguments.draws.as_deref()).context("--draws")?;
     match arguments.monte_carlo {
         None => compare(arguments, &outputs),
         Some(draws) => monte_carlo(arguments, draws, &outputs),
     }
 }
 
-fn monte_carlo(arguments: &Arguments, draws: NonZeroU32, outputs: &OutputFiles) -> anyhow::Result<ExitCode> {
+fn monte_carlo(arguments: &RunArguments, draws: NonZeroU32, outputs: &OutputFiles) -> anyhow::Result<ExitCode> {
     anyhow::ensure!(
         arguments.plant == PlantChoice::Uarm,
         "--monte-carlo draws the imperfections of the UARM, expected --plant uarm: the other plants have none"
@@ -114,22 +147,18 @@ fn monte_carlo(arguments: &Arguments, draws: NonZeroU32, outputs: &OutputFiles) 
         seed: arguments.seed,
         threads: arguments.threads.unwrap_or_else(all_cores),
     };
-    let bar = progress_bar(u64::from(draws.get()), "robots");
-    let study = monte_carlo::run(&settings, || bar.inc(1));
+    let shard = arguments.shard.unwrap_or(Shard::WHOLE);
+    let bar = progress_bar(shard.of(draws.get().into()).count() as u64, "robots");
+    let draws = monte_carlo::run(&settings, shard, || bar.inc(1));
     bar.finish_and_clear();
-    let study = study?;
-    if let Some(path) = &arguments.csv {
-        outputs.write(path, |output| csv::write_monte_carlo(&study, output)).context("--csv")?;
+    let draws = draws?;
+    if let Some(path) = &arguments.draws {
+        outputs.write(path, |output| draws.write(output)).context("--draws")?;
     }
-    if arguments.json {
-        console::print_json(&study)?;
-    } else {
-        table::print_monte_carlo(&study, &mut console::output())?;
-    }
-    Ok(ExitCode::SUCCESS)
+    study::tell(&draws, arguments.csv.as_deref(), arguments.json, outputs)
 }
 
-fn compare(arguments: &Arguments, outputs: &OutputFiles) -> anyhow::Result<ExitCode> {
+fn compare(arguments: &RunArguments, outputs: &OutputFiles) -> anyhow::Result<ExitCode> {
     let settings = ComparisonSettings {
         robot: arguments.robot.as_deref(),
         variants: arguments.controllers.as_slice(),

@@ -7,20 +7,25 @@ use std::time::Duration;
 use anyhow::Context;
 use hinf_control::Disturbance;
 use serde::Serialize;
-use uarm_sim::{IntegrationStep, UarmPlantParameters};
+use uarm_sim::IntegrationStep;
 
 use super::caveat::caveat;
+use super::draws::{Draw, DrawnPlant, Draws, StudyHeader};
 use super::experiments::experiment as run_experiment;
 use super::statistics::Quantiles;
 use super::variant::{ControllerVariant, Origin, VariantRobot};
 use crate::error_text::with_causes;
+use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
 use crate::simulation::SimulatedEnd;
 use crate::study::parallel::in_parallel;
 use crate::study::random::{Stream, Subject};
+use crate::study::shard::Shard;
 use crate::study::spread::Spread;
 use crate::study::start::StartVariation;
+use crate::version::VERSION;
+use uarm_loop::choice::Choice;
 use uarm_loop::outcome::Indices;
 
 /// How finely the plants are integrated. The error stays far below a count of the encoders: as a rule the loop sees the same
@@ -48,13 +53,15 @@ pub struct MonteCarloSettings<'a> {
     pub threads: NonZeroUsize,
 }
 
-/// What came of it.
+/// What came of it: of all draws, or of a part of them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MonteCarlo {
     /// The robot's name.
     pub robot: String,
-    /// The number of plants drawn.
+    /// The number of plants of the whole study.
     pub draws: u32,
+    /// The number of plants that these numbers are of.
+    pub drawn: usize,
     /// How far each parameter was from the robot file's at most, as a share of it.
     pub spread: f64,
     /// How the starts differed.
@@ -62,14 +69,11 @@ pub struct MonteCarlo {
     /// What plants and starts were drawn from.
     pub seed: u64,
     /// The plants' integration step, µs.
-    pub integration_step_us: u128,
+    pub integration_step_us: u64,
     /// What must be said beside these numbers.
-    pub caveat: Option<&'static str>,
+    pub caveat: Option<String>,
     /// The controllers, in the order asked for.
     pub controllers: Vec<MonteCarloRow>,
-    /// The draws themselves: for the CSV file.
-    #[serde(skip)]
-    pub experiments: Vec<Draw>,
 }
 
 /// One controller on all plants.
@@ -91,38 +95,34 @@ pub struct MonteCarloRow {
     pub failed: u32,
 }
 
-/// One plant, and how each controller did on it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Draw {
-    /// The plant that was drawn.
-    pub plant: UarmPlantParameters,
-    /// How far joints 1 to 3 were from the nominal start, rad.
-    pub start_offset: [f64; 3],
-    /// L2 and E of each controller, or why the experiment did not come to its end.
-    pub indices: Vec<Result<Indices, String>>,
-}
-
-/// Draws the plants and runs the experiments. `done` is called after each plant.
+/// Draws the plants of a part of the study and runs the experiments on them. `done` is called after each plant.
 ///
 /// # Errors
 /// If the robot file is wrong, or an experiment cannot be begun. One that the robot's limits end is counted.
-pub fn run(settings: &MonteCarloSettings<'_>, done: impl Fn() + Sync) -> anyhow::Result<MonteCarlo> {
+pub fn run(settings: &MonteCarloSettings<'_>, shard: Shard, done: impl Fn() + Sync) -> anyhow::Result<Draws> {
     let robots = load(settings)?;
-    let first = &robots.first().context("no controller to compare")?.robot;
-    let work = |index: usize| draw(settings, &robots, index as u64);
-    let experiments = in_parallel(settings.draws.get() as usize, settings.threads, work, done)?;
-    let row = |(number, variant): (usize, &ControllerVariant)| MonteCarloRow::new(number, variant, &experiments);
-    Ok(MonteCarlo {
-        robot: first.description.name.clone(),
+    let robot = &robots.first().context("no controller to compare")?.robot;
+    let numbers: Vec<u64> = shard.of(settings.draws.get().into()).collect();
+    let work = |index: usize| draw(settings, &robots, numbers[index]);
+    let results = in_parallel(numbers.len(), settings.threads, work, done)?;
+    Ok(Draws { header: header(settings, robot), results })
+}
+
+/// What the draws of a study on `robot` are of.
+fn header(settings: &MonteCarloSettings<'_>, robot: &Robot) -> StudyHeader {
+    StudyHeader {
+        uarm: VERSION.to_owned(),
+        robot: robot.description.name.clone(),
+        robot_crc32: crc32fast::hash(robot.source.as_bytes()),
         draws: settings.draws.get(),
         spread: settings.spread.share(),
         variation: settings.variation,
+        disturbance: settings.disturbance.name().to_owned(),
         seed: settings.seed,
-        integration_step_us: INTEGRATION_STEP.duration().as_micros(),
-        caveat: caveat(first, PlantChoice::Uarm),
-        controllers: settings.variants.iter().enumerate().map(row).collect(),
-        experiments,
-    })
+        integration_step_us: INTEGRATION_STEP.duration().as_micros().try_into().unwrap_or(u64::MAX),
+        caveat: caveat(robot, PlantChoice::Uarm).map(ToOwned::to_owned),
+        controllers: settings.variants.iter().map(|variant| variant.name().to_owned()).collect(),
+    }
 }
 
 /// The variants with the robot file's robot. It does not hold the end of the motion: L2 and E are over by then.
@@ -152,21 +152,31 @@ pub fn draw(settings: &MonteCarloSettings<'_>, robots: &[VariantRobot], index: u
             SimulatedEnd::Failed(error) => Err(with_causes(&error)),
         });
     }
-    Ok(Draw { plant, start_offset: offset.into(), indices })
+    Ok(Draw { draw: index + 1, plant: DrawnPlant::from(&plant), start_offset: offset.into(), indices })
 }
 
-impl Draw {
-    fn completed(&self, number: usize) -> Option<Indices> {
-        self.indices.get(number)?.as_ref().ok().copied()
-    }
-
-    /// L2 of controller `number`: beyond all others if it did not complete.
-    fn l2(&self, number: usize) -> f64 {
-        self.completed(number).map_or(f64::INFINITY, |indices| indices.l2)
-    }
-
-    fn extreme(&self, pick: fn(f64, f64) -> f64) -> f64 {
-        (0..self.indices.len()).map(|number| self.l2(number)).reduce(pick).unwrap_or(f64::NAN)
+impl MonteCarlo {
+    /// The study of `draws`.
+    ///
+    /// # Errors
+    /// If this version does not know one of the controllers.
+    pub fn new(draws: &Draws) -> anyhow::Result<Self> {
+        let Draws { header, results } = draws;
+        let row = |(number, name): (usize, &String)| {
+            let variant = ControllerVariant::from_name(name).with_context(|| format!("no controller {name:?}"))?;
+            Ok(MonteCarloRow::new(number, &variant, results))
+        };
+        Ok(Self {
+            robot: header.robot.clone(),
+            draws: header.draws,
+            drawn: results.len(),
+            spread: header.spread,
+            variation: header.variation,
+            seed: header.seed,
+            integration_step_us: header.integration_step_us,
+            caveat: header.caveat.clone(),
+            controllers: header.controllers.iter().enumerate().map(row).collect::<anyhow::Result<_>>()?,
+        })
     }
 }
 
@@ -191,11 +201,12 @@ impl MonteCarloRow {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use uarm_sim::UarmPlantParameters;
 
     fn draw(l2: [Option<f64>; 3]) -> Draw {
         let indices = |l2: Option<f64>| l2.map(|l2| Indices { l2, e: 10.0 * l2 }).ok_or_else(|| "a limit".to_owned());
         let indices = l2.map(indices).to_vec();
-        Draw { plant: UarmPlantParameters::fitted(), start_offset: [0.0; 3], indices }
+        Draw { draw: 1, plant: DrawnPlant::from(&UarmPlantParameters::fitted()), start_offset: [0.0; 3], indices }
     }
 
     #[test]

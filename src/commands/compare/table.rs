@@ -93,11 +93,12 @@ fn print_motion(comparison: &Comparison, output: &mut impl Write) -> io::Result<
 /// # Errors
 /// If the output cannot be written.
 pub fn print_monte_carlo(study: &MonteCarlo, output: &mut impl Write) -> io::Result<()> {
-    let MonteCarlo { robot, draws, spread, seed, integration_step_us, .. } = study;
+    let MonteCarlo { robot, draws, drawn, spread, seed, integration_step_us, .. } = study;
+    let part = if usize::try_from(*draws) == Ok(*drawn) { String::new() } else { format!("{drawn} of ") };
     let (percent, variation) = (spread * 100.0, describe(study.variation));
     writeln!(
         output,
-        "{robot}, {draws} times, each parameter of the plant within {percent} % of the robot file's, seed {seed},\n\
+        "{robot}, {part}{draws} times, each parameter of the plant within {percent} % of the robot file's, seed {seed},\n\
          {variation}; the same {draws} robots for each controller; integrated by {integration_step_us} us"
     )?;
     print_quantiles(study, output, "L2 of the tracking error", |row| row.l2)?;
@@ -108,7 +109,7 @@ pub fn print_monte_carlo(study: &MonteCarlo, output: &mut impl Write) -> io::Res
         let MonteCarloRow { controller, best_l2, worst_l2, failed, .. } = row;
         writeln!(output, "  {controller:<NAME$}{best_l2:>9}{worst_l2:>9}{failed:>9}")?;
     }
-    print_caveat(study.caveat, output)
+    print_caveat(study.caveat.as_deref(), output)
 }
 
 fn print_quantiles(

@@ -1,8 +1,8 @@
-//! A part of the seeds.
+//! A part of many experiments.
 
 use std::str::FromStr;
 
-/// Part `number` of `of`: the seeds of a campaign, dealt out one by one.
+/// Part `number` of `of`: experiments dealt out one by one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     number: u64,

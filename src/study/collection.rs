@@ -1,0 +1,254 @@
+//! The results of many experiments in a file, in JSON Lines: what they are of, then a line for each. Parts become a whole of the
+//! same bytes as one run writes.
+
+use std::fmt::Debug;
+use std::io::{self, Write};
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::text_file;
+
+/// What results are of. Results with different headers do not belong together.
+pub trait Header: Debug + PartialEq + Serialize + DeserializeOwned {
+    /// The numbers of the whole's experiments.
+    fn numbers(&self) -> RangeInclusive<u64>;
+}
+
+/// The result of one experiment.
+pub trait Numbered: Serialize + DeserializeOwned {
+    /// Its number.
+    fn number(&self) -> u64;
+}
+
+/// Results, or a part of them, by number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collection<H, R> {
+    /// What they are of.
+    pub header: H,
+    /// One for each experiment.
+    pub results: Vec<R>,
+}
+
+/// Why a file of results, or several together, cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum CollectionError {
+    /// It cannot be read.
+    #[error("{file}: {source}")]
+    Read {
+        /// The file.
+        file: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// A line is not what it must be.
+    #[error("{file}: line {line}: {source}; expected a file of results of this subcommand")]
+    Line {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        source: serde_json::Error,
+    },
+    /// It is empty.
+    #[error("{file}: empty, expected a file of results of this subcommand")]
+    Empty {
+        /// The file.
+        file: String,
+    },
+    /// It belongs to others.
+    #[error("{file}: of {found}, expected {expected} as the first file")]
+    Other {
+        /// The file.
+        file: String,
+        /// Its header.
+        found: String,
+        /// The first file's.
+        expected: String,
+    },
+    /// An experiment is missing, stands in the files twice, or does not belong to the whole.
+    #[error("experiment {number} stands in the files {count} times, expected once each from {first} to {last}")]
+    Number {
+        /// The experiment.
+        number: u64,
+        /// How often.
+        count: usize,
+        /// The first of the whole.
+        first: u64,
+        /// The last of the whole.
+        last: u64,
+    },
+}
+
+/// The largest file that is read: about four million results.
+const LARGEST_FILE: usize = 1 << 30;
+
+impl<H: Header, R: Numbered> Collection<H, R> {
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// If the output cannot be written.
+    pub fn write(&self, output: &mut dyn Write) -> io::Result<()> {
+        serde_json::to_writer(&mut *output, &self.header)?;
+        writeln!(output)?;
+        for result in &self.results {
+            serde_json::to_writer(&mut *output, result)?;
+            writeln!(output)?;
+        }
+        Ok(())
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// [`CollectionError`] names file and line.
+    pub fn read(file: &Path) -> Result<Self, CollectionError> {
+        let name = file.display().to_string();
+        match text_file::read_up_to(file, LARGEST_FILE) {
+            Ok(text) => Self::parse(&name, &text),
+            Err(source) => Err(CollectionError::Read { file: name, source }),
+        }
+    }
+
+    fn parse(file: &str, text: &str) -> Result<Self, CollectionError> {
+        let wrong = |line: usize| move |source| CollectionError::Line { file: file.to_owned(), line, source };
+        let mut lines = text.lines().zip(1..);
+        let (first, _) = lines.next().ok_or_else(|| CollectionError::Empty { file: file.to_owned() })?;
+        let header = serde_json::from_str(first).map_err(wrong(1))?;
+        let results = lines.map(|(text, line)| serde_json::from_str(text).map_err(wrong(line)));
+        Ok(Self { header, results: results.collect::<Result<_, _>>()? })
+    }
+
+    /// The whole of which the files at `paths` are the parts.
+    ///
+    /// # Errors
+    /// [`CollectionError`] if one cannot be read, they are not of one whole, or do not have each of its experiments once.
+    pub fn merge(paths: &[impl AsRef<Path>]) -> Result<Self, CollectionError> {
+        let read = |path: &Path| Ok((path.display().to_string(), Self::read(path)?));
+        Self::join(paths.iter().map(|path| read(path.as_ref())).collect::<Result<_, _>>()?)
+    }
+
+    fn join(parts: Vec<(String, Self)>) -> Result<Self, CollectionError> {
+        let mut parts = parts.into_iter();
+        let (_, mut whole) = parts.next().ok_or_else(|| CollectionError::Empty { file: "no file".to_owned() })?;
+        for (file, part) in parts {
+            if part.header != whole.header {
+                let (found, expected) = (format!("{:?}", part.header), format!("{:?}", whole.header));
+                return Err(CollectionError::Other { file, found, expected });
+            }
+            whole.results.extend(part.results);
+        }
+        whole.results.sort_by_key(Numbered::number);
+        whole.check_numbers()?;
+        Ok(whole)
+    }
+
+    fn check_numbers(&self) -> Result<(), CollectionError> {
+        let (first, last) = self.header.numbers().into_inner();
+        let error = |number, count| Err(CollectionError::Number { number, count, first, last });
+        let mut expected = first;
+        for number in self.results.iter().map(Numbered::number) {
+            match number {
+                foreign if foreign < first || foreign > last => return error(foreign, 1),
+                again if again < expected => return error(again, 2),
+                later if later > expected => return error(expected, 0),
+                _ => expected += 1,
+            }
+        }
+        if expected <= last { error(expected, 0) } else { Ok(()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    struct Of {
+        robot: String,
+    }
+
+    impl Header for Of {
+        fn numbers(&self) -> RangeInclusive<u64> {
+            1..=4
+        }
+    }
+
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    struct Result {
+        number: u64,
+        value: f64,
+    }
+
+    impl Numbered for Result {
+        fn number(&self) -> u64 {
+            self.number
+        }
+    }
+
+    type Results = Collection<Of, Result>;
+
+    fn results(numbers: &[u64]) -> Results {
+        let result = |number: &u64| Result { number: *number, value: 0.1 * *number as f64 };
+        Results { header: Of { robot: "UARM".to_owned() }, results: numbers.iter().map(result).collect() }
+    }
+
+    fn joined(parts: &[&[u64]]) -> std::result::Result<Results, String> {
+        let parts = parts.iter().map(|numbers| ("part".to_owned(), results(numbers))).collect();
+        Results::join(parts).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_file_is_read_as_it_was_written() {
+        let mut bytes = Vec::new();
+        results(&[1, 2, 3, 4]).write(&mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        assert_eq!(text.lines().count(), 5);
+        assert_eq!(Results::parse("file", &text).unwrap(), results(&[1, 2, 3, 4]));
+    }
+
+    #[test]
+    fn parts_become_the_whole() {
+        assert_eq!(joined(&[&[1, 3], &[2, 4]]), Ok(results(&[1, 2, 3, 4])));
+        assert_eq!(joined(&[&[4], &[2], &[3], &[1]]), Ok(results(&[1, 2, 3, 4])));
+    }
+
+    #[test]
+    fn what_is_missing_doubled_or_foreign_is_named() {
+        for (parts, number, count) in [
+            (&[&[1, 3][..], &[4]][..], 2, 0),
+            (&[&[2, 3, 4]], 1, 0),
+            (&[&[1, 2, 3]], 4, 0),
+            (&[&[1, 2], &[2, 3, 4]], 2, 2),
+            (&[&[0, 1, 2, 3, 4]], 0, 1),
+            (&[&[1, 2, 3, 4, 5]], 5, 1),
+        ] {
+            let expected =
+                format!("experiment {number} stands in the files {count} times, expected once each from 1 to 4");
+            assert_eq!(joined(parts), Err(expected));
+        }
+    }
+
+    #[test]
+    fn a_part_of_another_whole_is_refused_by_name() {
+        let mut other = results(&[2, 4]);
+        other.header.robot = "another".to_owned();
+        let error = Results::join(vec![("a".to_owned(), results(&[1, 3])), ("b".to_owned(), other)]).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "b: of Of { robot: \"another\" }, expected Of { robot: \"UARM\" } as the first file"
+        );
+    }
+
+    #[test]
+    fn a_line_that_is_none_is_named() {
+        let error = Results::parse("part.jsonl", "{\"of\":\"1\"}\n").unwrap_err().to_string();
+        assert!(error.starts_with("part.jsonl: line 1: missing field"), "{error}");
+        assert!(Results::parse("part.jsonl", "").unwrap_err().to_string().contains("empty"));
+    }
+}
