@@ -64,9 +64,7 @@ impl DriveCheck<'_> {
     fn resolution(&self) -> Resolution {
         let encoder = &self.joint.encoder;
         match encoder.resolution_object {
-            None | Some(file::ResolutionObject::Named(file::NamedResolution::Standard)) => {
-                Resolution::Standard { counts: encoder.counts_per_revolution }
-            }
+            None | Some(file::ResolutionObject::Named(file::NamedResolution::Standard)) => Resolution::Standard,
             Some(file::ResolutionObject::Named(file::NamedResolution::Absent)) => Resolution::Stated,
             Some(file::ResolutionObject::Object(file::MakersObject { index, subindex, equals })) => {
                 Resolution::Object { address: Address::new(index, subindex), equals }
@@ -312,10 +310,7 @@ mod tests {
 
     #[test]
     fn the_resolution_can_stand_elsewhere_or_nowhere() {
-        assert_eq!(
-            encoder("resolution_object = \"608F\"").unwrap().resolution,
-            Resolution::Standard { counts: 33_739 }
-        );
+        assert_eq!(encoder("resolution_object = \"608F\"").unwrap().resolution, Resolution::Standard);
         assert_eq!(encoder("resolution_object = \"absent\"").unwrap().resolution, Resolution::Stated);
         let own = encoder("resolution_object = { index = 0x3010, subindex = 4, equals = 8192 }").unwrap();
         assert_eq!(own.resolution, Resolution::Object { address: Address::new(0x3010, 4), equals: 8192 });

@@ -213,7 +213,6 @@ fn torque_delay(
 mod tests {
     use std::path::Path;
 
-    use uarm_io::drive::wishes::Resolution;
     use uarm_io::encoder::JumpLimit;
 
     use crate::robot::overrides::Overrides;
@@ -247,7 +246,7 @@ mod tests {
         assert_eq!(joint.encoder.counts_per_revolution.ratio(), (33_739 * 50, 3));
         // 0.2 mN m times 50/3 times 0.75.
         assert!((joint.torque_scale.per_mille() - 2.5e-3).abs() < 1e-15);
-        assert_eq!(joint.drive.resolution, Resolution::Standard { counts: 33_739 }, "the drive counts its motor");
+        assert_eq!(joint.drive.counts_per_revolution, 33_739, "the drive counts its motor");
         let direct = first_joint("", 32).unwrap();
         assert_eq!(direct.torque_scale.per_mille().to_bits(), (f64::from(200) * 1e-3 * 1e-3).to_bits());
     }

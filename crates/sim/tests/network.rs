@@ -170,7 +170,7 @@ fn a_drive_that_is_not_the_robot_files_is_refused() {
     let clock = VirtualClock::new();
     let link = InProcessLink::new(robot(lockstep()), clock.clone());
     let mut other = configuration().drives().clone();
-    other[2].resolution = Resolution::Standard { counts: 8_000 };
+    other[2].counts_per_revolution = 8_000;
     let configuration = NetworkConfiguration::new(other, PERIOD).unwrap();
     let error = DriveNetwork::new(link, configuration).start(&clock).unwrap_err();
     assert!(matches!(error, StartError::Refused { node: 3, .. }), "{error}");

@@ -103,7 +103,7 @@ pub fn named_objects(drive: &DriveConfiguration) -> impl Iterator<Item = (canope
     let resolution = match drive.resolution {
         // Its type is not known; 32 bits hold every count.
         Resolution::Object { address, .. } => Some((address, canopen_rs::DataType::Unsigned32)),
-        Resolution::Standard { .. } | Resolution::Stated => None,
+        Resolution::Standard | Resolution::Stated => None,
     };
     let of = |setting: &Setting| (setting.address, setting.value.data_type());
     drive.settings.iter().map(of).chain(drive.later_settings.iter().map(of)).chain(resolution)

@@ -74,7 +74,7 @@ const ABSENT: [u32; 2] = [0x0602_0000, 0x0609_0011];
 ///
 /// # Errors
 /// If it is no answer: silence, or a link that failed.
-pub fn answered<E>(read: Result<Value, SdoError<E>>) -> Result<Answered, SdoError<E>> {
+fn answered<E>(read: Result<Value, SdoError<E>>) -> Result<Answered, SdoError<E>> {
     let answer = match read {
         Ok(value) => Answer::of(value),
         Err(SdoError::Abort { code, .. }) if ABSENT.contains(&code) => Answer::Absent,

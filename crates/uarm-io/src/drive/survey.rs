@@ -282,6 +282,15 @@ impl Survey {
         self.objects.iter().find(|(other, _)| *other == address).map(|(_, answered)| *answered).unwrap_or_default()
     }
 
+    /// The same, where the object at `address` is known to be read-only.
+    #[must_use]
+    pub fn with_read_only(mut self, address: Address) -> Self {
+        if let Some((_, answered)) = self.objects.iter_mut().find(|(other, _)| *other == address) {
+            answered.access = Access::ReadOnly;
+        }
+        self
+    }
+
     /// What is known of `object`.
     pub fn get(&self, object: &Object) -> Answered {
         self.at(object.address())

@@ -67,13 +67,11 @@ impl Setting {
 }
 
 /// Where the counts of a revolution are read in the drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Resolution {
-    /// 608Fh: :01 counts in :02 revolutions, which must be this many in one.
-    Standard {
-        /// Counts of 6064h in one revolution of the encoder.
-        counts: u32,
-    },
+    /// In 608Fh: :01 counts in :02 revolutions.
+    #[default]
+    Standard,
     /// Nowhere: the robot file alone says it.
     Stated,
     /// An object of the maker's.
@@ -234,7 +232,9 @@ pub struct DriveConfiguration {
     pub node: NodeId,
     /// Which drive it must be.
     pub identity: PinnedIdentity,
-    /// What the drive says of its encoder.
+    /// Counts of 6064h in one revolution of the encoder.
+    pub counts_per_revolution: u32,
+    /// Where the drive states them.
     pub resolution: Resolution,
     /// What 6076h must read.
     pub rated_torque: RatedTorque,
@@ -264,7 +264,8 @@ impl DriveConfiguration {
         Self {
             node,
             identity: PinnedIdentity::default(),
-            resolution: Resolution::Standard { counts },
+            counts_per_revolution: counts,
+            resolution: Resolution::default(),
             rated_torque,
             torque_reference: TorqueReference::default(),
             torque_ceiling: TorqueCeiling::RATED,

@@ -1,16 +1,14 @@
 //! A drive on the bus answers for itself.
 
 use uarm_io::drive::NodeId;
-use uarm_io::drive::objects::Object;
 use uarm_io::drive::plan::named_objects;
-use uarm_io::drive::sdo::{self, Bystander, Patience, SdoError};
-use uarm_io::drive::survey::{Answered, ObjectSource, Survey};
+use uarm_io::drive::sdo::{Bystander, DriveObjects, Patience, SdoError};
+use uarm_io::drive::survey::Survey;
 use uarm_io::drive::wire::Channel;
 use uarm_io::drive::wishes::DriveConfiguration;
-use uarm_io::link::{Link, Received};
+use uarm_io::link::Received;
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::socketcan_link::{InterfaceName, OpenError, Reception, SocketCanError, SocketCanLink};
-use uarm_io::time::Clock;
 
 use crate::commands::drive::patient_link::PatientLink;
 
@@ -37,20 +35,7 @@ impl Drive {
     /// # Errors
     /// If it does not answer, or the link fails.
     pub fn survey(&mut self, wishes: &DriveConfiguration) -> Result<Survey, SdoError<SocketCanError>> {
-        let bystander = Bystander::new(&mut self.link, &MonotonicClock, self.patience, |_: &Received| {});
-        Survey::of(&mut Objects { bystander, node: self.node }, named_objects(wishes))
-    }
-}
-
-struct Objects<'a, L, C, O> {
-    bystander: Bystander<'a, L, C, O>,
-    node: NodeId,
-}
-
-impl<L: Link, C: Clock, O: FnMut(&Received)> ObjectSource for Objects<'_, L, C, O> {
-    type Error = SdoError<L::Error>;
-
-    fn ask(&mut self, object: &Object) -> Result<Answered, Self::Error> {
-        sdo::answered(self.bystander.read(self.node, object))
+        let mut bystander = Bystander::new(&mut self.link, &MonotonicClock, self.patience, |_: &Received| {});
+        Survey::of(&mut DriveObjects::new(&mut bystander, self.patience, self.node), named_objects(wishes))
     }
 }

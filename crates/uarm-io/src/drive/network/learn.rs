@@ -45,7 +45,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         let before = self.survey(drive)?;
         let planned = accepted(node, plan::plan(&before, drive, protocol))?;
         for setting in &planned.settings {
-            self.set(drive.node, setting)?;
+            self.set(drive.node, setting).map_err(|error| explained(error, &before, drive, protocol))?;
         }
         if planned.settings.is_empty() {
             self.note_defence(drive, &before, protocol);
@@ -87,6 +87,24 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         if let Some(node) = self.network.node_mut(drive.node) {
             node.last_defence = defence;
         }
+    }
+}
+
+/// SDO abort code: attempt to write a read-only object.
+const READ_ONLY: u32 = 0x0601_0002;
+
+/// A drive tells only when it is written to that it cannot be: what the plan says of such a drive.
+fn explained<E>(
+    error: StartError<E>,
+    survey: &Survey,
+    drive: &DriveConfiguration,
+    protocol: &Protocol,
+) -> StartError<E> {
+    let StartError::Sdo(SdoError::Abort { node, object, code: READ_ONLY }) = error else { return error };
+    let known = survey.clone().with_read_only(object);
+    match plan::plan(&known, drive, protocol).refusal() {
+        Some(finding) => StartError::Refused { node, finding: *finding },
+        None => error,
     }
 }
 

@@ -1,14 +1,17 @@
+mod boot;
 mod bus;
 mod cycle;
 mod disturbance;
+mod objects;
 mod start;
+mod watchdogs;
 
 use super::*;
 use crate::drive::wire;
 use crate::time::Duration;
 use crate::torque::RatedTorque;
 use bus::FakeBus;
-use canopen_rs::NodeId;
+use canopen_rs::{Address, NodeId, Value};
 
 const PERIOD: Duration = Duration::from_millis(3);
 
@@ -34,4 +37,19 @@ fn start(network: &mut DriveNetwork<FakeBus, 3>) -> Result<Started<3>, StartErro
 fn stop(network: &mut DriveNetwork<FakeBus, 3>) -> StopReport<3> {
     let clock = network.link().clock.clone();
     network.stop(&clock)
+}
+
+fn value(network: &DriveNetwork<FakeBus, 3>, joint: usize, object: &crate::drive::objects::Object) -> Value {
+    network.link().drives[joint].dictionary.read(object.address()).unwrap()
+}
+
+/// SDO downloads to the drive of `node`.
+fn writes(network: &DriveNetwork<FakeBus, 3>, node: u16) -> std::vec::Vec<Address> {
+    const DOWNLOAD: u8 = 0x20;
+    let requests = network.link().sent.iter().filter(|frame| frame.id().as_raw() == 0x600 + node);
+    requests
+        .map(|frame| frame.data())
+        .filter(|data| data[0] & 0xE0 == DOWNLOAD)
+        .map(|data| Address::new(u16::from_le_bytes([data[1], data[2]]), data[3]))
+        .collect()
 }

@@ -38,6 +38,9 @@ impl Planner<'_> {
             (Fit::Absent, SyncPayload::Empty) => {
                 Finding { wanted: Wanted::Words("absent or 0: the SYNC carries no counter"), ..row }
             }
+            (Fit::CannotBeWritten, SyncPayload::Counter) => {
+                row.with(Verdict::Cannot, Remedy::RobotFile("[bus] sync_counter = \"off\""))
+            }
             (_, SyncPayload::Counter) => row.with(Verdict::WorksWith, Remedy::SyncWithoutCounter),
             (_, SyncPayload::Empty) => row.with(Verdict::Cannot, Remedy::RobotFile("[bus] sync_counter = \"on\"")),
         }

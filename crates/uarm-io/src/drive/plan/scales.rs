@@ -17,7 +17,7 @@ impl Planner<'_> {
     pub(super) fn resolution(&mut self) -> Finding {
         let increments = &objects::ENCODER_INCREMENTS;
         match self.drive.resolution {
-            Resolution::Standard { counts } => self.standard_resolution(counts),
+            Resolution::Standard => self.standard_resolution(self.drive.counts_per_revolution),
             Resolution::Stated => {
                 let row =
                     self.row(Question::Resolution, increments, Wanted::Words("not asked: the robot file says it"));
@@ -138,10 +138,7 @@ impl Planner<'_> {
 
     /// 6091h must be 1:1; 6092h 1:1, or as many units in a revolution as the encoder has counts.
     pub(super) fn position_units(&mut self) -> Finding {
-        let counts = match self.drive.resolution {
-            Resolution::Standard { counts } => Some(i64::from(counts)),
-            Resolution::Stated | Resolution::Object { .. } => None,
-        };
+        let counts = i64::from(self.drive.counts_per_revolution);
         let gear = [&objects::GEAR_MOTOR_REVOLUTIONS, &objects::GEAR_SHAFT_REVOLUTIONS];
         let feed = [&objects::FEED, &objects::FEED_SHAFT_REVOLUTIONS];
         let neutral = Wanted::Words("1 to 1; the gear belongs into the robot file");
@@ -156,7 +153,7 @@ impl Planner<'_> {
         match self.ratio(feed) {
             Ratio::None => self.row(Question::PositionUnits, gear[0], neutral),
             Ratio::Of(units, turns) if units == turns && units > 0 => row,
-            Ratio::Of(units, turns) if counts.and_then(|counts| counts.checked_mul(turns)) == Some(units) => row,
+            Ratio::Of(units, turns) if counts.checked_mul(turns) == Some(units) => row,
             Ratio::Unstated => row.noting(READ_AT_START),
             Ratio::Of(..) => self.neutral(feed, wanted),
         }

@@ -520,6 +520,9 @@ fn gears_and_units_of_the_drive_must_be_neutral() {
     assert_eq!(units(neutral.clone()).verdict, Verdict::Works);
     let counts = neutral.clone().rw(0x6092, 1, COUNTS.into());
     assert_eq!(units(counts).verdict, Verdict::Works);
+    let stated = DriveConfiguration { resolution: Resolution::Stated, ..wishes() };
+    let counts = neutral.clone().without(0x608F, 1).rw(0x6092, 1, COUNTS.into());
+    assert_eq!(finding(&planned(counts, &stated), Question::PositionUnits).verdict, Verdict::Works);
     let degrees = units(neutral.clone().rw(0x6092, 1, 360));
     assert_eq!(degrees.remedy, Remedy::Write(Setting::of(&objects::FEED, Value::Unsigned32(1))));
     let geared = units(neutral.rw(0x6091, 1, 100));
