@@ -9,7 +9,6 @@ use uarm_io::drive::network::{
     CycleError, Disturbance, DriveConfiguration, ForeignFrame, NetworkConfiguration, Setting, StartError,
 };
 use uarm_io::drive::wire::{self, DriveCommand};
-use uarm_io::drive::wishes::Resolution;
 use uarm_io::drive::{Address, DriveNetwork, NmtCommand, NmtState, NodeId, Value};
 use uarm_io::link::Link;
 use uarm_io::time::{Clock, Instant};
