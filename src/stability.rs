@@ -117,6 +117,7 @@ mod tests {
     use std::path::Path;
 
     use hinf_control::BaseAcceleration;
+    use uarm_loop::stability::LinearEstimator;
 
     use super::*;
     use crate::robot::BUILT_IN;
@@ -175,6 +176,36 @@ mod tests {
         overrides.base_acceleration = Some((Law::Nonlinear, BaseAcceleration::Eliminated));
         let stable = Robot::parse(Path::new("test.toml"), BUILT_IN, &overrides).unwrap();
         assert_eq!(Analysis::new(&stable, Law::Nonlinear, None).unwrap().delay_limit(), None);
+    }
+
+    /// The table of docs/theory.md, section 13: the velocity's standard deviation for white rounding errors of an encoder,
+    /// one count wide, is that of a count by the root of the sum of the squares of the impulse response.
+    #[test]
+    fn the_noise_of_the_estimators_for_hardware() {
+        let hardware = include_str!("../robots/uarm-hardware.toml");
+        let one_count_deg: f64 = 360.0 / 33_739.0 / 12.0_f64.sqrt();
+        for (period, kind, setting, noise_deg_per_s) in [
+            (3000, "low-pass", "cutoff_rad_per_s = 27.81882", 0.08),
+            (3000, "low-pass", "cutoff_rad_per_s = 800.0", 1.26),
+            (3000, "kalman", "jerk_density_rad2_per_s5 = 1e6", 2.53),
+            (3000, "tracking-loop", "bandwidth_rad_per_s = 600.0", 1.79),
+            (2000, "low-pass", "cutoff_rad_per_s = 27.81882", 0.08),
+            (2000, "low-pass", "cutoff_rad_per_s = 150.0", 0.43),
+            (2000, "tracking-loop", "bandwidth_rad_per_s = 400.0", 1.19),
+            (2000, "kalman", "jerk_density_rad2_per_s5 = 1e5", 1.56),
+        ] {
+            let text = hardware
+                .replace("period_us = 2000", &format!("period_us = {period}"))
+                .replace("kind = \"low-pass\"", &format!("kind = \"{kind}\""))
+                .replace("cutoff_rad_per_s = 150.0", setting);
+            let robot = Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).unwrap();
+            let description = &robot.description;
+            let linear = LinearEstimator::of(&description.joints[1].estimator, description.period).unwrap();
+            let response = std::iter::successors(Some(linear.input), |last| Some(linear.transition * last));
+            let gain = response.take(20_000).map(|estimate| estimate.y * estimate.y).sum::<f64>().sqrt();
+            let found = one_count_deg * gain;
+            assert!((found - noise_deg_per_s).abs() < 6e-3, "{kind}, {setting}: {found}");
+        }
     }
 
     /// The file for hardware, with all that it says of its drives: a cycle and a quarter.

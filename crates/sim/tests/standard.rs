@@ -99,9 +99,50 @@ fn a_write_in_segments_is_judged_when_it_is_whole() {
     request(&mut master, begin);
     assert_eq!(request(&mut master, [0x1D, 10, 0, 0, 0, 0, 0, 0]), abort(0x6060, 0, 0x0503_0000), "the toggle bit");
     assert_eq!(request(&mut master, [0x21, 0x60, 0x60, 0, 2, 0, 0, 0]), abort(0x6060, 0, 0x0607_0012));
-    // Block transfer is not known.
-    let [command, .., c0, c1, c2, c3] = request(&mut master, [0xA0, 0x60, 0x60, 0, 1, 0, 0, 0]);
-    assert_eq!((command, u32::from_le_bytes([c0, c1, c2, c3])), (0x80, 0x0504_0001));
+}
+
+/// The two bytes of 1017h in a segment each; the toggle bit alternates.
+#[test]
+fn a_write_may_have_several_segments() {
+    let mut master = Master::with_robot(lockstep());
+    let before = master.read(2, 0x1017, 0, DataType::Unsigned16);
+    assert_ne!(before, Ok(Value::Unsigned16(0x012C)));
+    assert_eq!(request(&mut master, [0x21, 0x17, 0x10, 0, 2, 0, 0, 0]), [0x60, 0x17, 0x10, 0, 0, 0, 0, 0]);
+    assert_eq!(request(&mut master, [0x0C, 0x2C, 0, 0, 0, 0, 0, 0]), [0x20, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(request(&mut master, [0x1D, 0x01, 0, 0, 0, 0, 0, 0]), [0x30, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(master.read(2, 0x1017, 0, DataType::Unsigned16), Ok(Value::Unsigned16(0x012C)));
+    // More bytes than the object has, and fewer, without a size said beforehand.
+    let begin = [0x20, 0x17, 0x10, 0, 0, 0, 0, 0];
+    request(&mut master, begin);
+    assert_eq!(request(&mut master, [0x09, 1, 2, 3, 0, 0, 0, 0]), abort(0x1017, 0, 0x0607_0012));
+    request(&mut master, begin);
+    assert_eq!(request(&mut master, [0x0D, 1, 0, 0, 0, 0, 0, 0]), abort(0x1017, 0, 0x0607_0013));
+    assert_eq!(master.read(2, 0x1017, 0, DataType::Unsigned16), Ok(Value::Unsigned16(0x012C)));
+}
+
+/// CiA 301, 7.2.4.3: client command specifiers 5 and 6 begin block transfers, which the drive does not have.
+#[test]
+fn block_transfers_are_refused_as_unknown_commands() {
+    let mut master = Master::with_robot(lockstep());
+    for command in [0xA0, 0xA4, 0xA3, 0xC0, 0xC2, 0xC6, 0xE0] {
+        let [answer, .., c0, c1, c2, c3] = request(&mut master, [command, 0x60, 0x60, 0, 1, 0, 0, 0]);
+        assert_eq!((answer, u32::from_le_bytes([c0, c1, c2, c3])), (0x80, 0x0504_0001), "{command:X}h");
+    }
+    assert_eq!(master.read(2, 0x6060, 0, DataType::Integer8), Ok(Value::Integer8(0)), "and all else goes on");
+}
+
+/// CiA 301, 7.5.2.19: an entry of 1016h is a node, 1 to 127, and a time; with a time of 0 it is not used.
+#[test]
+fn a_heartbeat_is_awaited_of_a_node_that_can_be() {
+    let mut master = Master::with_robot(lockstep());
+    for sender in [0, 128, 200, 255] {
+        let refused = master.write(2, 0x1016, 1, Value::Unsigned32(sender << 16 | 50));
+        assert_eq!(refused, Err(0x0609_0030), "node {sender}");
+    }
+    for sender in [1, 127] {
+        assert_eq!(master.write(2, 0x1016, 1, Value::Unsigned32(sender << 16 | 50)), Ok(()), "node {sender}");
+    }
+    assert_eq!(master.write(2, 0x1016, 1, Value::Unsigned32(0)), Ok(()));
 }
 
 #[test]
@@ -117,7 +158,6 @@ fn without_a_mode_a_motor_goes_off_and_its_ratings_stand_while_it_is_on() {
     let mut master = Master::with_robot(lockstep());
     master.enable();
     assert_eq!(master.write(2, 0x6076, 0, Value::Unsigned32(100)), Err(0x0800_0022));
-    assert_eq!(master.write(2, 0x1016, 1, Value::Unsigned32(200 << 16 | 50)), Err(0x0609_0030));
     master.write(2, 0x6060, 0, Value::Integer8(0)).unwrap();
     let state = |master: &Robot| master.link.robot().drive(Joint::Two).power_state();
     assert_eq!(state(&master), PowerState::SwitchOnDisabled);

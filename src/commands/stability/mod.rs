@@ -1,21 +1,28 @@
 //! `uarm stability`: is the sampled loop stable with its period, estimator and delay? Nothing moves, no bus is needed.
 
+mod figure;
+
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
+use anyhow::Context;
 use hinf_control::{BaseAcceleration, Law};
 use serde::Serialize;
 use uarm_loop::stability::survey::Worst;
 use uarm_loop::stability::{DelayError, TransportDelay};
+use uarm_plot::output::FigureFile;
+use uarm_plot::sheet::Sheet;
 
 use crate::console;
 use crate::exit::Exit;
 use crate::options::{self, choice};
+use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::stability::Analysis;
+use figure::RobotCurves;
 
 /// Arguments of `uarm stability`.
 #[derive(Debug, clap::Args)]
@@ -32,6 +39,7 @@ Examples:
   uarm stability                                              the paper's UARM as the robot file has it
   uarm stability --base-acceleration reduced --delay 1        1.008 at the task's start, 1.012 with the arm stretched
   uarm stability --robot robots/uarm-hardware.toml --controller adaptive
+  uarm stability --figure delay.svg --beside my-robot.toml    both against the delay, 0 to 2 cycles
 
 Exit code: 0 stable along the task, 1 not. `uarm run --can` refuses what is not.")]
 pub struct Arguments {
@@ -50,9 +58,29 @@ pub struct Arguments {
     /// From the latch of the counts to the torque, 0 to 3 cycles, instead of what bus and drives take by the robot file
     #[arg(long, value_parser = delay, value_name = "CYCLES")]
     delay: Option<TransportDelay>,
+    /// Draw the spectral radius against the delay, 0 to 2 cycles, into this file; its name ends with .svg or .png
+    #[arg(long, value_name = "FILE")]
+    figure: Option<FigureFile>,
+    /// Draw another robot file into the figure, too; may be given several times
+    #[arg(long, requires = "figure", value_name = "FILE")]
+    beside: Vec<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Print JSON
     #[arg(long)]
     json: bool,
+}
+
+impl Arguments {
+    /// A robot file with what the command line changes in it.
+    fn load(&self, file: Option<&Path>) -> anyhow::Result<Robot> {
+        let overrides = Overrides {
+            period: self.period,
+            base_acceleration: self.base_acceleration.map(|mode| (self.controller, mode)),
+            ..Overrides::default()
+        };
+        Ok(Robot::load_with(file, &overrides)?)
+    }
 }
 
 fn delay(text: &str) -> Result<TransportDelay, String> {
@@ -92,24 +120,41 @@ struct Report {
     delay_limit_cycles: Option<f64>,
 }
 
-/// Prints the spectral radius of the loop.
+/// Prints the spectral radius of the loop, and draws it.
 ///
 /// # Errors
-/// If the robot file is wrong, or its estimator is not linear.
+/// If a robot file is wrong, its estimator is not linear, or the figure cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
-    let overrides = Overrides {
-        period: arguments.period,
-        base_acceleration: arguments.base_acceleration.map(|mode| (arguments.controller, mode)),
-        ..Overrides::default()
-    };
-    let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
+    let robot = arguments.load(arguments.robot.as_deref())?;
+    let inputs = arguments.robot.iter().chain(&arguments.beside).map(PathBuf::as_path);
+    let outputs = OutputFiles::new(arguments.force, inputs);
+    outputs.check(arguments.figure.as_ref().map(FigureFile::path)).context("--figure")?;
     let report = report(&robot, arguments)?;
+    if let Some(file) = &arguments.figure {
+        let bytes = file.render(&draw(robot, arguments)?).context("--figure")?;
+        outputs.write(file.path(), |output| output.write_all(&bytes)).context("--figure")?;
+    }
     if arguments.json {
         console::print_json(&report)?;
     } else {
         print(&mut console::output(), &report)?;
     }
     Ok(if report.task.stable { Exit::Ok } else { Exit::Failure }.into())
+}
+
+fn draw(robot: Robot, arguments: &Arguments) -> anyhow::Result<Sheet> {
+    let mut robots = vec![robot];
+    for file in &arguments.beside {
+        robots.push(arguments.load(Some(file)).context("--beside")?);
+    }
+    let law = arguments.controller;
+    let curves = robots.iter().map(|robot| {
+        let analysis = Analysis::new(robot, law, arguments.delay).with_context(|| robot.description.name.clone())?;
+        Ok(RobotCurves::of(robot, analysis)?)
+    });
+    let mode = arguments.base_acceleration.map(|mode| format!(", base acceleration {}", mode.name()));
+    let note = format!("Frozen loop at rest, controller {}{}", law.name(), mode.unwrap_or_default());
+    Ok(figure::sheet(&curves.collect::<anyhow::Result<Vec<_>>>()?, note))
 }
 
 fn report(robot: &Robot, arguments: &Arguments) -> anyhow::Result<Report> {
