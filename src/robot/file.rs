@@ -337,6 +337,8 @@ pub struct Limits {
     pub velocity_deg_per_s: f64,
     pub minimum_deg: f64,
     pub maximum_deg: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub brake_ms: Option<u16>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -88,7 +88,20 @@ fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>)
         torque_limit,
         torque_rate_limit,
         limits: JointLimits { position: [minimum.to_radians(), maximum.to_radians()], velocity },
+        brake: brake(&field("limits.brake_ms"), limits, check)?,
     })
+}
+
+/// The longest that a brake may take to close, ms: a joint that coasts longer needs another brake.
+const SLOWEST_BRAKE_MS: u16 = 1000;
+
+/// From the command to stop until the brake holds.
+fn brake(field: &str, limits: &file::Limits, check: &Checker<'_>) -> Result<Duration, RobotError> {
+    let milliseconds = limits.brake_ms.unwrap_or_default();
+    if milliseconds > SLOWEST_BRAKE_MS {
+        return Err(check.refuse(field, milliseconds, format!("at most {SLOWEST_BRAKE_MS}")));
+    }
+    Ok(Duration::from_millis(milliseconds.into()))
 }
 
 /// The gear between motor and joint.

@@ -61,6 +61,7 @@ fn joint(name: &str, node: u8, torque_limit: f64) -> Result<Joint, Failure> {
         torque_limit,
         torque_rate_limit: 100.0,
         limits: JointLimits { position: [-60.0, 60.0], velocity: FASTEST },
+        brake: Default::default(),
     })
 }
 

@@ -163,6 +163,11 @@ impl<const J: usize> Estimation<J> {
         Ok(estimate)
     }
 
+    /// The angles after the last readings that were believed, rad; none before the first.
+    pub fn angles(&self) -> [Option<f64>; J] {
+        self.joints.each_ref().map(|joint| joint.encoder.angle())
+    }
+
     /// The whole inner state.
     pub fn freeze(&self) -> [JointState; J] {
         self.joints.each_ref().map(|joint| JointState {

@@ -175,8 +175,8 @@ impl<E> Coded for OdriveCycleError<E> {
 impl Coded for LimitViolation {
     fn code(&self) -> FaultCode {
         match self.quantity {
-            Quantity::Position => FaultCode::JointAngle,
-            Quantity::Velocity => FaultCode::JointVelocity,
+            Quantity::Position | Quantity::StoppingAngle => FaultCode::JointAngle,
+            Quantity::Velocity | Quantity::StoppingVelocity => FaultCode::JointVelocity,
             Quantity::TrackingError => FaultCode::TrackingError,
             Quantity::StartError => FaultCode::StartPosition,
             Quantity::ApproachVelocity => FaultCode::ApproachImpossible,

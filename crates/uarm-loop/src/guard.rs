@@ -4,6 +4,7 @@ use std::fmt;
 
 use hinf_control::Reference;
 
+use crate::barrier::{Stopping, Times};
 use crate::dimensions;
 use crate::estimation::Estimate;
 use crate::motion::Motion;
@@ -22,6 +23,8 @@ pub struct JointLimits {
 pub struct Guard<const J: usize> {
     /// What each joint may do, the passive base first.
     pub joints: [JointLimits; J],
+    /// How each joint comes to rest.
+    pub stopping: [Stopping; J],
     /// How far an active joint may be from its reference, rad.
     pub tracking_error: f64,
     /// How far an active joint may be from its reference in the first cycle, rad.
@@ -35,6 +38,10 @@ pub enum Quantity {
     Position,
     /// The joint's velocity.
     Velocity,
+    /// Where the joint would come to rest if it were stopped one cycle later.
+    StoppingAngle,
+    /// How fast it would be by then.
+    StoppingVelocity,
     /// The distance from the reference.
     TrackingError,
     /// The distance from the reference in the first cycle.
@@ -48,6 +55,8 @@ impl fmt::Display for Quantity {
         formatter.write_str(match self {
             Self::Position => "angle",
             Self::Velocity => "velocity",
+            Self::StoppingAngle => "angle at which it would stand if stopped a cycle later",
+            Self::StoppingVelocity => "velocity that it may have if stopped a cycle later",
             Self::TrackingError => "tracking error",
             Self::StartError => "distance from the start of the motion",
             Self::ApproachVelocity => "largest velocity of the approach",
@@ -58,13 +67,13 @@ impl fmt::Display for Quantity {
 impl Quantity {
     const fn per_second(self) -> &'static str {
         match self {
-            Self::Velocity | Self::ApproachVelocity => "/s",
-            Self::Position | Self::TrackingError | Self::StartError => "",
+            Self::Velocity | Self::StoppingVelocity | Self::ApproachVelocity => "/s",
+            Self::Position | Self::StoppingAngle | Self::TrackingError | Self::StartError => "",
         }
     }
 }
 
-/// A limit was passed.
+/// A limit was passed, or would be.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "joint {joint} at {time:.3} s: {quantity} is {:.2} deg{unit}, expected {:.2} to {:.2} deg{unit}",
@@ -136,6 +145,40 @@ impl<const J: usize> Guard<J> {
         let error = dimensions::active::<J, N>(&estimate.position()) - reference.position;
         for (index, error) in error.iter().enumerate() {
             within(dimensions::number_of_active(index), time, quantity, *error, [-allowed, allowed])?;
+        }
+        Ok(())
+    }
+
+    /// Checks that each joint, now at `measured` and a cycle before at `before`, rad, can be stopped within its limits one cycle later.
+    ///
+    /// # Errors
+    /// [`LimitViolation`] for the first limit that might be passed.
+    pub fn check_stopping(
+        &self,
+        times: &Times,
+        before: &[Option<f64>; J],
+        measured: &[f64; J],
+    ) -> Result<(), LimitViolation> {
+        let mut turned = [0.0; J];
+        for ((turned, before), angle) in turned.iter_mut().zip(before).zip(measured) {
+            *turned = before.map_or(0.0, |before| angle - before);
+        }
+        let fastest = turned.iter().fold(0.0_f64, |fastest, turned| fastest.max(turned.abs()));
+        let fastest = if times.elapsed > 0.0 { fastest / times.elapsed } else { 0.0 };
+        let joints = self.joints.iter().zip(&self.stopping).zip(measured.iter().zip(turned));
+        for (index, ((limits, stopping), (angle, turned))) in joints.enumerate() {
+            for direction in [1.0, -1.0] {
+                let reach = stopping.reach(direction * turned, fastest, times);
+                let [angle, velocity] = [angle + direction * reach.distance, direction * reach.velocity];
+                within(index + 1, times.time, Quantity::StoppingAngle, angle, limits.position)?;
+                within(
+                    index + 1,
+                    times.time,
+                    Quantity::StoppingVelocity,
+                    velocity,
+                    [-limits.velocity, limits.velocity],
+                )?;
+            }
         }
         Ok(())
     }

@@ -45,6 +45,7 @@
 //! | [`control_loop`] | the loop itself |
 //! | [`signal_path`] | from counts to torques without I/O: what a replay runs again |
 //! | [`estimation`], [`mod@motion`], [`guard`], [`torque`] | its stages: encoders, desired motion, limits of the robot, drives' torques |
+//! | [`barrier`] | the limits of motion, early enough to stop before them |
 //! | [`finite`], [`saturation`] | numbers that are none; torques that are cut for too long |
 //! | [`fade`] | the ramp of a stop that somebody asked for |
 //! | [`plausibility`] | can a joint be where its counts say? |
@@ -67,6 +68,7 @@ pub use hinf_control;
 pub use nalgebra;
 pub use uarm_io;
 
+pub mod barrier;
 pub mod choice;
 pub mod control_loop;
 pub mod dimensions;

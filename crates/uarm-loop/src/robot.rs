@@ -14,6 +14,7 @@ use uarm_io::estimator::AnyEstimator;
 use uarm_io::time::Duration;
 use uarm_io::torque::TorqueScale;
 
+use crate::barrier::Stopping;
 use crate::fade::StopRamp;
 use crate::guard::{Guard, JointLimits};
 use crate::motion::Motion;
@@ -72,6 +73,8 @@ pub struct Joint {
     pub torque_rate_limit: f64,
     /// Limits of motion, beyond which a run ends.
     pub limits: JointLimits,
+    /// From the command to stop until the brake holds.
+    pub brake: Duration,
 }
 
 /// The motion of an experiment.
@@ -134,9 +137,24 @@ impl<const J: usize, const N: usize> Robot<J, N> {
     pub fn guard(&self) -> Guard<J> {
         Guard {
             joints: self.joints.each_ref().map(|joint| joint.limits),
+            stopping: self.stopping(),
             tracking_error: self.tracking_error_limit,
             start_tolerance: self.task.start_tolerance,
         }
+    }
+
+    /// How each joint comes to rest.
+    fn stopping(&self) -> [Stopping; J] {
+        let mut stopping = [Stopping::default(); J];
+        for (stopping, joint) in stopping.iter_mut().zip(&self.joints) {
+            stopping.brake = joint.brake;
+            stopping.torque_delay = joint.torque_delay;
+            stopping.resolution = joint.encoder.counts_per_revolution.resolution();
+        }
+        for (stopping, bound) in stopping.iter_mut().zip(self.acceleration_bounds.iter().flatten()) {
+            stopping.acceleration = *bound;
+        }
+        stopping
     }
 
     /// The limiter of the active joints' torques.

@@ -5,6 +5,7 @@
 use hinf_control::{Command, Controller, Measurement, PerformanceIndices, Reference, TrackingError};
 use uarm_io::time::Instant;
 
+use crate::barrier::Times;
 use crate::estimation::{Estimate, Estimation, EstimationError};
 use crate::finite::{self, NotFinite};
 use crate::guard::{Guard, LimitViolation};
@@ -95,12 +96,15 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
     ) -> Result<Signals<J, N>, SignalFault> {
         let between_syncs = self.task_clock.since_sync(sync_sent);
         let (time, period) = self.task_clock.advance(tick, sync_sent, nominal);
+        let before = self.estimation.angles();
         let elapsed = Elapsed { period, error: between_syncs.map_or(0.0, |between| (between - period).abs()) };
         let estimate = self.estimation.estimate(counts, elapsed)?;
         finite::check_estimate(&estimate)?;
         let measurement = estimate.measurement();
         let reference = self.motion.at(time);
         self.guard.check(time, tick.elapsed, &estimate, &reference)?;
+        let times = Times { time, elapsed: period, period: nominal.seconds(1) };
+        self.guard.check_stopping(&times, &before, &estimate.measured)?;
 
         let command = self.controller.update(&measurement, &reference, period);
         finite::check_command(&command, self.controller.parameters())?;

@@ -79,6 +79,7 @@ pub fn robot() -> Robot<3, 2> {
         torque_limit: 0.2,
         torque_rate_limit: 1_000.0,
         limits: JointLimits { position: [-1.0, 1.0], velocity: 1_000.0 },
+        brake: Default::default(),
     };
     let period = Period::new(Duration::from_millis(3)).unwrap();
     let milliseconds = Duration::from_millis;

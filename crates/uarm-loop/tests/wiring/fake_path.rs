@@ -1,5 +1,6 @@
 //! A signal path whose law says what it was told.
 
+use uarm_loop::barrier::Stopping;
 use uarm_loop::estimation::Estimation;
 use uarm_loop::fade::{Fade, StopRamp};
 use uarm_loop::guard::{Guard, JointLimits};
@@ -129,6 +130,7 @@ pub fn path(controller: &mut dyn Controller<f64, 2>, motion: Motion<2>) -> Signa
         saturation: SaturationWatch::new(SaturationLimit::new(SaturationLimit::LONGEST).unwrap()),
         guard: Guard {
             joints: [JointLimits { position: [-100.0, 100.0], velocity: 100.0 }; 3],
+            stopping: [Stopping::default(); 3],
             tracking_error: 100.0,
             start_tolerance: 100.0,
         },

@@ -1,11 +1,22 @@
 //! Every limit of the robot, on both of its sides.
 
+use uarm_loop::barrier::{Stopping, Times};
 use uarm_loop::estimation::Estimate;
 use uarm_loop::guard::{Guard, JointLimits, LimitViolation, Quantity};
 use uarm_loop::hinf_control::{QuinticReference, Reference};
 use uarm_loop::motion::Motion;
 use uarm_loop::nalgebra::Vector2;
+use uarm_loop::plausibility::AccelerationBound;
 use uarm_loop::uarm_io::estimator;
+use uarm_loop::uarm_io::time::Duration;
+
+/// 40 rad/s² at most, a brake of 30 ms.
+const STOPPING: Stopping = Stopping {
+    acceleration: AccelerationBound { by_torque: 40.0, by_velocity: 0.0 },
+    brake: Duration::from_millis(30),
+    torque_delay: Duration::ZERO,
+    resolution: 0.0,
+};
 
 /// Joint 1 within −1 to 2 rad and 3 rad/s, joint 2 within −0.5 to 0.75 and 4, joint 3 within −0.25 to 0.5 and 5.
 const GUARD: Guard<3> = Guard {
@@ -14,6 +25,7 @@ const GUARD: Guard<3> = Guard {
         JointLimits { position: [-0.5, 0.75], velocity: 4.0 },
         JointLimits { position: [-0.25, 0.5], velocity: 5.0 },
     ],
+    stopping: [STOPPING; 3],
     tracking_error: 0.125,
     start_tolerance: 0.0625,
 };
@@ -152,4 +164,30 @@ fn an_approach_that_is_too_fast_is_refused_before_brakes_open() {
     let expected = LimitViolation { joint: 2, time: -0.25, quantity, found: 5.625, allowed };
     assert_eq!(start(0.25), Err(expected));
     assert!(expected.to_string().contains("largest velocity of the approach is 322.29 deg/s"), "{expected}");
+}
+
+/// At 2 rad/s, period 2 ms: 2.04 rad/s now, 2.2 rad/s after 4 ms and 8.48 mrad, then 66 mrad more until the brake holds.
+#[test]
+fn a_joint_that_could_not_be_stopped_a_cycle_later_is_stopped_now() {
+    let times = Times { time: 0.25, elapsed: 0.002, period: 0.002 };
+    for (joint, allowed, velocity) in [(1, [-1.0, 2.0], 3.0), (2, [-0.5, 0.75], 4.0), (3, [-0.25, 0.5], 5.0)] {
+        for (direction, limit) in [(1.0, allowed[1]), (-1.0, allowed[0])] {
+            let check = |angle: f64, speed: f64| {
+                let before = with(joint, angle - direction * speed * 0.002).map(Some);
+                GUARD.check_stopping(&times, &before, &with(joint, angle))
+            };
+            let last = limit - direction * 0.07448;
+            assert_eq!(check(last - direction * 1e-6, 2.0), Ok(()), "joint {joint}");
+            let violation = check(last + direction * 1e-6, 2.0).unwrap_err();
+            assert_eq!(
+                (violation.joint, violation.quantity, violation.allowed),
+                (joint, Quantity::StoppingAngle, allowed)
+            );
+            // 0.2 rad/s are gained until the stop acts.
+            assert_eq!(check(0.0, velocity - 0.2001), Ok(()), "joint {joint}");
+            let violation = check(0.0, velocity - 0.1999).unwrap_err();
+            assert_eq!((violation.joint, violation.quantity), (joint, Quantity::StoppingVelocity));
+            assert!((violation.found - direction * (velocity + 1e-4)).abs() < 1e-9);
+        }
+    }
 }
