@@ -4,6 +4,8 @@ use dem_model::ThreeLinkDem;
 use hinf_control::QuinticReference;
 use nalgebra::Vector3;
 use serde::Serialize;
+use uarm_loop::barrier::Times;
+use uarm_loop::guard::Quantity;
 
 use super::error::{Checker, RobotError};
 use crate::dimensions::{ACTIVE, LoopRobot};
@@ -69,7 +71,7 @@ pub struct Source {
 pub const TASK: Source = Source { start: "task.start_deg", end: "task.end_deg", duration: "task.duration_s" };
 
 /// Refuses a motion that the limits of the active joints forbid: its postures, its velocity, the torque that the nominal
-/// model needs for it and how fast that torque changes. A quintic never leaves the range between its ends.
+/// model needs for it, how fast that torque changes, and braking from it. A quintic never leaves the range between its ends.
 ///
 /// # Errors
 /// [`RobotError::Field`] names what sets the motion, the joint, and the limit.
@@ -94,7 +96,7 @@ pub fn check(
                     most.to_degrees(),
                     joint.name
                 );
-                return Err(check.refuse(format!("{field}[{active}]"), rounded(angle.to_degrees()), expected));
+                return Err(check.refuse(format!("{field}[{active}]"), degrees(angle), expected));
             }
         }
         let asked = [
@@ -119,7 +121,47 @@ pub fn check(
             }
         }
     }
+    check_braking(robot, motion, source, check)?;
     Ok(demands)
+}
+
+/// Refuses a motion from which a joint could not be braked within its limits: the loop would end the run there. The base is taken
+/// to stand at zero.
+fn check_braking(
+    robot: &LoopRobot,
+    motion: &QuinticReference<f64, ACTIVE>,
+    source: Source,
+    check: &Checker<'_>,
+) -> Result<(), RobotError> {
+    let guard = robot.guard();
+    let (period, step) = (robot.period.seconds(1), motion.duration() / f64::from(SAMPLES));
+    let angles = |time: f64| {
+        let position = motion.at(time).position;
+        [0.0, position.x, position.y]
+    };
+    for time in (0..=SAMPLES).map(|sample| f64::from(sample) * step) {
+        let times = Times { time, elapsed: period, period };
+        let before = angles((time - period).max(0.0)).map(Some);
+        if let Err(violation) = guard.check_stopping(&times, &before, &angles(time)) {
+            let is_angle = violation.quantity == Quantity::StoppingAngle;
+            let active = violation.joint.saturating_sub(1 + robot.joints.len() - ACTIVE);
+            let expected = format!("a motion in which every joint can be braked within its limits: {violation}");
+            return Err(match (is_angle, time * 2.0 < motion.duration()) {
+                (true, true) => {
+                    check.refuse(format!("{}[{active}]", source.start), degrees(motion.start()[active]), expected)
+                }
+                (true, false) => {
+                    check.refuse(format!("{}[{active}]", source.end), degrees(motion.end()[active]), expected)
+                }
+                (false, _) => check.refuse(source.duration, motion.duration(), expected),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn degrees(angle: f64) -> f64 {
+    rounded(angle.to_degrees())
 }
 
 /// To three digits behind the point, without zeros at the end.
@@ -148,7 +190,25 @@ mod tests {
         assert!(message.contains("joints[2].limits") && message.ends_with("of joint 3"), "{message}");
         let message = with("start_deg = [20.0, 20.0]", "start_deg = [-170.5, 20.0]").unwrap_err();
         assert!(message.contains("task.start_deg[0] = -170.5") && message.contains("joints[1].limits"), "{message}");
-        assert!(with("end_deg = [80.0, 60.0]", "end_deg = [80.0, 170.0]").is_ok());
+        assert!(with("end_deg = [80.0, 60.0]", "end_deg = [80.0, 169.0]").is_ok());
+    }
+
+    /// Two periods of 3 ms at the largest acceleration, and a brake that takes 100 ms more, lead beyond a limit from where a task may well end.
+    #[test]
+    fn a_task_from_which_a_joint_cannot_be_braked_within_its_limits_is_refused() {
+        let message = with("end_deg = [80.0, 60.0]", "end_deg = [80.0, 170.0]").unwrap_err();
+        assert!(message.starts_with("test.toml: task.end_deg[1] = 170: expected a motion in which every"), "{message}");
+        assert!(message.contains("joint 3 at ") && message.contains("stopped a cycle later is 170."), "{message}");
+        let message = with("start_deg = [20.0, 20.0]", "start_deg = [-170.0, 20.0]").unwrap_err();
+        assert!(message.contains("task.start_deg[0] = -170: ") && message.contains("joint 2 at 0.000 s"), "{message}");
+        let near = |brake: u32| {
+            let text = BUILT_IN.replace("end_deg = [80.0, 60.0]", "end_deg = [80.0, 168.0]");
+            let text = text.replace("brake_ms = 0", &format!("brake_ms = {brake}"));
+            Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).map_err(|error| error.to_string())
+        };
+        assert!(near(0).is_ok());
+        let message = near(100).unwrap_err();
+        assert!(message.contains("task.end_deg[1] = 168: "), "{message}");
     }
 
     /// A quintic's peak velocity is 15/8 of its mean: 60 deg in 3 s are 37.5 deg/s.
@@ -158,7 +218,12 @@ mod tests {
             let text = BUILT_IN.replace("velocity_deg_per_s = 360.0", &format!("velocity_deg_per_s = {velocity}"));
             Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).map_err(|error| error.to_string())
         };
-        assert!(limits(37.6).is_ok());
+        assert!(limits(120.0).is_ok(), "{:?}", limits(60.0).err());
+        let message = limits(37.6).unwrap_err();
+        assert!(
+            message.contains("task.duration_s = 3: expected a motion in which every joint can be braked"),
+            "{message}"
+        );
         let message = limits(37.4).unwrap_err();
         assert!(message.contains("task.duration_s = 3: expected a motion within"), "{message}");
         assert!(
