@@ -77,8 +77,10 @@ impl OutputFiles {
     pub fn check<'a>(&self, files: impl IntoIterator<Item = &'a Path>) -> Result<(), OutputError> {
         let mut taken = Vec::new();
         for file in files {
-            if matches!(self.place(file)?, Place::Stream) {
-                continue;
+            match self.place(file)? {
+                Place::Stream => continue,
+                Place::New => check_folder(file)?,
+                Place::Replaced(..) => {}
             }
             let resolved = resolved(file);
             if taken.contains(&resolved) {
@@ -160,6 +162,13 @@ impl OutputFiles {
         let target = fs::canonicalize(file).map_err(io_error)?;
         Ok(Place::Replaced(target, metadata.permissions()))
     }
+}
+
+/// A new file needs a folder.
+fn check_folder(file: &Path) -> Result<(), OutputError> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let found = fs::metadata(folder).map_err(|source| refused(file, source))?;
+    if found.is_dir() { Ok(()) } else { Err(refused(file, io::ErrorKind::NotADirectory.into())) }
 }
 
 fn refused(file: &Path, source: io::Error) -> OutputError {

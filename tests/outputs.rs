@@ -32,6 +32,23 @@ fn bash(folder: &Path, line: &str) -> Output {
 const EPOCH: [&str; 4] = ["--controller", "neural", "--epochs", "1"];
 
 #[test]
+fn an_output_in_a_folder_that_is_not_there_is_refused_before_the_work() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    for arguments in [
+        // Work that would take longer than anybody waits.
+        &["campaign", "--seeds", "1000000000", "--output", "no-such-folder/out.jsonl"][..],
+        &["compare", "--monte-carlo", "100000000", "--draws", "no-such-folder/out.jsonl"],
+    ] {
+        let output = uarm(folder, arguments);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(text(&output).contains("no-such-folder"), "{}", text(&output));
+    }
+    let twice = ["compare", "--monte-carlo", "100000000", "--draws", "twice.out", "--csv", "twice.out"];
+    let output = uarm(folder, &twice);
+    assert!(text(&output).contains("named for two outputs"), "{}", text(&output));
+}
+
+#[test]
 fn no_command_writes_over_what_it_reads() {
     let folder = folder("inputs");
     let csv = uarm(&folder, &["show", "run.mcap", "--csv", "run.csv"]);

@@ -66,17 +66,11 @@ impl Expectation {
             Fault::Emergency { .. } => ends(&[FaultCode::DriveEmergency], at_once),
             Fault::LinkRefusesOnce => ends(&[FaultCode::LinkFailed], at_once),
             Fault::LinkDown => ends(&[FaultCode::LinkFailed], by_watchdog),
-            Fault::Suspended { .. } => may_end(
-                &[
-                    FaultCode::DriveEmergency,
-                    FaultCode::DriveNotEnabled,
-                    FaultCode::FeedbackMissing,
-                    FaultCode::EncoderImplausible,
-                    FaultCode::TrackingError,
-                    FaultCode::JointVelocity,
-                ],
-                None,
-            ),
+            // What the drives' watchdogs bear, the loop has to.
+            Fault::Suspended { duration } if duration + bus.controller_heartbeat + period < bus.controller_timeout => {
+                may_end(&[], None)
+            }
+            Fault::Suspended { .. } => may_end(&[FaultCode::DriveEmergency, FaultCode::DriveNotEnabled], None),
         }
     }
 }

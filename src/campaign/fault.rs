@@ -62,6 +62,8 @@ pub enum ForeignFault {
 
 /// Longest standstill of the controller's computer that is drawn: four times what the drives' watchdogs bear.
 const LONGEST_SUSPENSION: Duration = Duration::from_millis(200);
+/// The shortest as a share of that: 0.2 ms.
+const SHORTEST_SUSPENSION_SHARE: f64 = 1e-3;
 /// Most cycles in a row that lose their feedback.
 const MOST_LOST: f64 = 6.0;
 /// Largest jump of a counter that is drawn, counts: half a revolution of the paper's encoders.
@@ -110,7 +112,9 @@ impl Fault {
                 Self::Emergency { bytes: u8::try_from(stream.below(8)).unwrap_or_default() }
             }
             Self::Suspended { .. } => {
-                Self::Suspended { duration: LONGEST_SUSPENSION.mul_f64(stream.uniform(0.0, 1.0)) }
+                // As many within a period as beyond the watchdogs.
+                let share = SHORTEST_SUSPENSION_SHARE.powf(stream.uniform(0.0, 1.0));
+                Self::Suspended { duration: LONGEST_SUSPENSION.mul_f64(share) }
             }
             other => other,
         }

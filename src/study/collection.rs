@@ -149,16 +149,17 @@ impl<H: Header, R: Numbered> Collection<H, R> {
     fn check_numbers(&self) -> Result<(), CollectionError> {
         let (first, last) = self.header.numbers().into_inner();
         let error = |number, count| Err(CollectionError::Number { number, count, first, last });
-        let mut expected = first;
+        // The next that must come; nothing once the last is there.
+        let mut expected = Some(first).filter(|first| *first <= last);
         for number in self.results.iter().map(Numbered::number) {
-            match number {
-                foreign if foreign < first || foreign > last => return error(foreign, 1),
-                again if again < expected => return error(again, 2),
-                later if later > expected => return error(expected, 0),
-                _ => expected += 1,
+            match expected {
+                _ if number < first || number > last => return error(number, 1),
+                Some(next) if number == next => expected = (next < last).then(|| next + 1),
+                Some(next) if number > next => return error(next, 0),
+                _ => return error(number, 2),
             }
         }
-        if expected <= last { error(expected, 0) } else { Ok(()) }
+        expected.map_or(Ok(()), |missing| error(missing, 0))
     }
 }
 
@@ -176,6 +177,15 @@ mod tests {
     impl Header for Of {
         fn numbers(&self) -> RangeInclusive<u64> {
             1..=4
+        }
+    }
+
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    struct Last;
+
+    impl Header for Last {
+        fn numbers(&self) -> RangeInclusive<u64> {
+            u64::MAX..=u64::MAX
         }
     }
 
@@ -232,6 +242,17 @@ mod tests {
                 format!("experiment {number} stands in the files {count} times, expected once each from 1 to 4");
             assert_eq!(joined(parts), Err(expected));
         }
+    }
+
+    #[test]
+    fn the_last_of_all_numbers_is_counted_too() {
+        let part = |numbers: &[u64]| {
+            let result = |number: &u64| Result { number: *number, value: 0.0 };
+            vec![("part".to_owned(), Collection { header: Last, results: numbers.iter().map(result).collect() })]
+        };
+        assert!(Collection::join(part(&[u64::MAX])).is_ok());
+        assert!(Collection::join(part(&[])).is_err());
+        assert!(Collection::join(part(&[u64::MAX, u64::MAX])).is_err());
     }
 
     #[test]

@@ -22,7 +22,9 @@ pub fn in_parallel<T: Send>(
     work: impl Fn(usize) -> anyhow::Result<T> + Sync,
     done: impl Fn() + Sync,
 ) -> anyhow::Result<Vec<T>> {
-    let pool = ThreadPoolBuilder::new().num_threads(threads.get()).build().context("threads")?;
+    // More threads than work would only cost their making.
+    let threads = threads.get().min(count.max(1));
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().context("threads")?;
     let one = |index| {
         let result = work(index)?;
         done();

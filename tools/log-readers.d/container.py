@@ -17,7 +17,7 @@ SCHEMAS = {
     "/keyframes": "uarm.Keyframe",
     "/fault": "uarm.Fault",
 }
-METADATA = {"uarm.run", "uarm.robot", "uarm.machine", "uarm.end"}
+METADATA = {"uarm.run", "uarm.robot", "uarm.machine", "uarm.drives", "uarm.end"}
 # Attachments, and the files of the repository that they are; the robot file is compared where it is known.
 ATTACHMENTS = {"robot.toml": None, "uarm.dbc": "crates/uarm-io/wire/uarm.dbc", "uarm-drive.eds": "crates/uarm-io/wire/uarm-drive.eds"}
 # The drives are stopped within this time of the last cycle.

@@ -250,7 +250,7 @@ impl JointEstimation {
                 return Err(AngleError::Implausible { change, expected, tolerance, elapsed });
             }
         }
-        Ok((encoder, Trend::between(&from, &to, span, self.time_error)))
+        Ok((encoder, self.trend.next(&from, &to, span, self.time_error)))
     }
 
     /// Bears a cycle without a count that can be believed.

@@ -75,9 +75,15 @@ impl AccelerationBound {
 }
 
 impl Trend {
-    /// The trend from one reading to the next, `span` seconds later.
-    pub fn between(from: &EncoderReading, to: &EncoderReading, span: f64, time_error: f64) -> Self {
+    /// The trend after this one from one reading to the next, `span` seconds later, or `time_error` off that. After a late cycle two
+    /// SYNCs may be next to each other, which tells nothing of the velocity: then the old one goes on to be believed.
+    #[must_use]
+    pub fn next(&self, from: &EncoderReading, to: &EncoderReading, span: f64, time_error: f64) -> Self {
         let change: f64 = nalgebra::convert(to.count.saturating_sub(from.count));
+        if self.span > 0.0 && time_error > SAMPLING_SHARE * span {
+            let (span, time_error) = (self.span + span, self.time_error + time_error);
+            return Self { velocity: self.velocity, span, time_error };
+        }
         if span > 0.0 { Self { velocity: change / span, span, time_error } } else { Self::default() }
     }
 }
@@ -85,6 +91,7 @@ impl Trend {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use uarm_io::time::Duration;
 
     /// 0.01 rad a count, 100 counts per second over 0.1 s, 5 rad/s² twice: 10 rad/s² over (0.1² + 0.1²)/2 s² are 0.1 rad.
     #[test]
@@ -96,5 +103,30 @@ mod tests {
         assert!((window.tolerance - (10.0 + 3.0 + 2.5)).abs() < 1e-9, "{window:?}");
         let late = bound.window(&trend, 0.1, 0.02, 0.01, 2.0);
         assert!((late.tolerance - window.tolerance - 2.0).abs() < 1e-9, "100 counts per second for 20 ms");
+    }
+
+    /// A joint that turns with 10 counts a millisecond and cannot accelerate, in a loop of 3 ms whose SYNCs come at these instants, ms.
+    fn is_believed(syncs: &[f64]) -> bool {
+        let bound = AccelerationBound { by_torque: 0.0, by_velocity: 0.0 };
+        let count = |at: f64| (10.0 * at).round() as i64;
+        let reading = |at: f64| EncoderReading { raw: 0, count: count(at), age: Duration::ZERO };
+        let mut trend = Trend::default();
+        syncs.windows(2).all(|pair| {
+            let time_error = (pair[1] - pair[0] - 3.0).abs() * 1e-3;
+            let (from, to) = (reading(pair[0]), reading(pair[1]));
+            let window = bound.window(&trend, 3e-3, time_error, 1e-3, 0.0);
+            let is_first = trend.span == 0.0;
+            trend = trend.next(&from, &to, 3e-3, time_error);
+            is_first || ((to.count - from.count) as f64 - window.expected).abs() <= window.tolerance
+        })
+    }
+
+    #[test]
+    fn late_cycles_do_not_make_a_count_implausible() {
+        assert!(is_believed(&[0.0, 3.0, 6.0, 9.0, 12.0]));
+        for late in [0.5, 1.0, 2.0, 2.9, 3.06, 5.0] {
+            let next = f64::max(12.0, 9.0 + late + 0.08);
+            assert!(is_believed(&[0.0, 3.0, 6.0, 9.0 + late, next, 15.0, 18.0, 21.0]), "{late} ms late");
+        }
     }
 }

@@ -99,6 +99,8 @@ pub fn svg(sheet: &Sheet) -> Result<String, FigureError> {
     draw(sheet, &Faces::load()?, SVGBackend::with_string(&mut document, (width, height)))?;
     // Shown in points, drawn in units: `plotters` knows one size only, and no joints.
     let [shown_width, shown_height] = sheet.size;
+    // XML has no way to write these.
+    let document = document.replace(|letter: char| letter.is_control() && !letter.is_ascii_whitespace(), "\u{FFFD}");
     Ok(document.replacen(
         &format!("<svg width=\"{width}\" height=\"{height}\""),
         &format!(

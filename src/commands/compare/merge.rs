@@ -40,8 +40,9 @@ pub struct Arguments {
 /// If a file cannot be read or written, or the parts make no whole.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let outputs = OutputFiles::new(arguments.force, arguments.parts.iter().map(PathBuf::as_path));
-    outputs.check(arguments.draws.as_deref()).context("--draws")?;
-    outputs.check(arguments.csv.as_deref()).context("--csv")?;
+    outputs
+        .check([&arguments.draws, &arguments.csv].into_iter().flatten().map(PathBuf::as_path))
+        .context("--draws, --csv")?;
     let whole = Draws::merge(&arguments.parts)?;
     if let Some(path) = &arguments.draws {
         outputs.write(path, |output| whole.write(output)).context("--draws")?;

@@ -90,10 +90,10 @@ struct RunArguments {
     #[arg(long, default_value = "20%", value_name = "SHARE", requires = "monte_carlo")]
     spread: Spread,
     /// Only this part of the draws, such as 2/8
-    #[arg(long, value_name = "PART/PARTS", requires = "draws")]
+    #[arg(long, value_name = "PART/PARTS", requires = "draws", conflicts_with = "repeat")]
     shard: Option<Shard>,
     /// Write every draw to this file, a line of JSON each, for `uarm compare merge`
-    #[arg(long, value_name = "FILE.jsonl", requires = "monte_carlo")]
+    #[arg(long, value_name = "FILE.jsonl", requires = "monte_carlo", conflicts_with = "repeat")]
     draws: Option<PathBuf>,
     /// What differs between the experiments
     #[arg(long, value_enum, default_value_t, value_name = "WHAT")]
@@ -124,8 +124,9 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         None => &arguments.run,
     };
     let outputs = OutputFiles::new(arguments.force, arguments.robot.as_deref());
-    outputs.check(arguments.csv.as_deref()).context("--csv")?;
-    outputs.check(arguments.draws.as_deref()).context("--draws")?;
+    outputs
+        .check([&arguments.csv, &arguments.draws].into_iter().flatten().map(PathBuf::as_path))
+        .context("--csv, --draws")?;
     match arguments.monte_carlo {
         None => compare(arguments, &outputs),
         Some(draws) => monte_carlo(arguments, draws, &outputs),

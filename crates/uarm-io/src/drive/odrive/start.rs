@@ -3,7 +3,7 @@
 use super::axis_error::AxisError;
 use super::configuration::Positions;
 use super::error::OdriveStartError;
-use super::master::{Axis, OdriveNetwork};
+use super::master::{Axis, NO_DEADLINE, OdriveNetwork};
 use super::turns;
 use super::wire::{self, AxisState, ControllerMode, Heartbeat};
 use crate::drive::network::LastDefence;
@@ -92,9 +92,7 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
 
     /// The positions before power is on.
     fn read_positions<C: Clock>(&mut self, clock: &C) -> Outcome<[i32; JOINTS], L> {
-        for axis in &mut self.axes {
-            axis.fresh = false;
-        }
+        self.forget_positions();
         if self.configuration.positions == Positions::OnRequest {
             self.request()?;
         }
@@ -111,11 +109,17 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
         Ok(positions)
     }
 
+    /// What came, and what was late, of a run before.
+    fn forget_positions(&mut self) {
+        self.deadline = NO_DEADLINE;
+        for axis in &mut self.axes {
+            (axis.fresh, axis.missed, axis.late) = (false, false, false);
+        }
+    }
+
     /// Feeds no watchdog until every axis has disarmed by its own. Positions that nobody asks for show here, too.
     fn prove_watchdogs<C: Clock>(&mut self, clock: &C) -> Outcome<(), L> {
-        for axis in &mut self.axes {
-            axis.fresh = false;
-        }
+        self.forget_positions();
         let times = self.configuration.times;
         let waited = times.watchdog + times.heartbeat.saturating_mul(HEARTBEATS_TO_TELL);
         let expired = |axis: &Axis| {
