@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn after_a_standstill_a_torque_may_have_risen_further() {
-        let fault = Fault::Suspended { duration: Duration::from_millis(10) };
+        let fault = Fault::Suspended { duration: Duration::from_millis(100) };
         assert_eq!(words(fault, |run| run.seen.largest_step[1] = 1000), [""; 0]);
     }
 }

@@ -103,7 +103,9 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
         let measurement = estimate.measurement();
         let reference = self.motion.at(time);
         self.guard.check(time, tick.elapsed, &estimate, &reference)?;
-        let times = Times { time, elapsed: period, period: nominal.seconds(1) };
+        // After a late SYNC a joint has turned for longer than the laws are told, and not faster.
+        let turned_for = between_syncs.map_or(period, |between| between.max(period));
+        let times = Times { time, elapsed: turned_for, period: nominal.seconds(1) };
         self.guard.check_stopping(&times, &before, &estimate.measured)?;
 
         let command = self.controller.update(&measurement, &reference, period);
