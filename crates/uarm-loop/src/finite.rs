@@ -1,4 +1,4 @@
-//! Numbers that are no finite numbers: nothing may be computed from them, and no torque made of them.
+//! Stops a run on NaN or infinity in an estimate, a command or an adapted parameter, before a torque is made of it.
 
 use std::fmt;
 

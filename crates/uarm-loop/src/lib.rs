@@ -46,7 +46,7 @@
 //! | [`signal_path`] | from counts to torques without I/O: what a replay runs again |
 //! | [`estimation`], [`mod@motion`], [`guard`], [`torque`] | its stages: encoders, desired motion, limits of the robot, drives' torques |
 //! | [`barrier`] | the limits of motion, early enough to stop before them |
-//! | [`finite`], [`saturation`] | numbers that are none; torques that are cut for too long |
+//! | [`finite`], [`saturation`] | stops on NaN or infinity; on torques that are limited for too long |
 //! | [`fade`] | the ramp of a stop that somebody asked for |
 //! | [`plausibility`] | can a joint be where its counts say? |
 //! | [`period`], [`schedule`], [`task_clock`] | the period; ticks and late ones; what time and period the laws are told |
