@@ -89,6 +89,15 @@ fn what_cannot_be_compared_is_counted() {
     let answer = (sync(6)..).find(|index| lines[*index].contains(" 182#")).unwrap();
     let missing = without(&|index, _| index == answer);
     assert_told("tpdo", missing.as_bytes(), 3, &[" 5 of 20 cycles", "these are equal", "LOST               15 cycles"]);
+    // A joint that stands is where it was predicted; that its position is not in the file is told all the same.
+    let standing = (sync(2)..).find(|index| lines[*index].contains(" 181#")).unwrap();
+    let missing = without(&|index, _| index == standing);
+    assert_told(
+        "standing",
+        missing.as_bytes(),
+        3,
+        &[" 20 cycles", "all equal", "LOST               positions in 1 of"],
+    );
     let missing = without(&|index, _| index == sync(6));
     assert_told("sync", missing.as_bytes(), 3, &[" 5 of 19 cycles", "LOST               14 cycles"]);
     let command = (sync(6)..).find(|index| lines[*index].contains(" 203#")).unwrap();

@@ -321,8 +321,16 @@ fn print_exact(replay: &ExactReplay, recorded: &Recorded, file: &str, output: &m
         }
         (None, _) => {}
     }
-    if replay.predicted_cycles > 0 {
-        writeln!(output, "  in {} of these cycles an angle was predicted, as in the run", replay.predicted_cycles)?;
+    let predicted = replay.predicted_cycles - replay.missing_positions;
+    if predicted > 0 {
+        writeln!(output, "  in {predicted} of these cycles an angle was predicted, as in the run")?;
+    }
+    if replay.missing_positions > 0 {
+        writeln!(
+            output,
+            "  LOST               positions in {} of these cycles: they were predicted, and gave the torques that are in the file",
+            replay.missing_positions
+        )?;
     }
     if replay.lost_cycles > 0 {
         writeln!(

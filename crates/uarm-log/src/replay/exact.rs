@@ -50,6 +50,8 @@ pub struct ExactReplay {
     pub lost_cycles: u64,
     /// Torques that are missing in cycles of which only the bus was recorded.
     pub missing_torques: u64,
+    /// Cycles of which only the bus was recorded, without a position: whether the loop had it is not known.
+    pub missing_positions: u64,
     /// How often the replay went on from a keyframe behind a gap.
     pub resumed: u64,
     /// The fault that the signal path gave in the last cycle, as the live one did.
@@ -66,7 +68,7 @@ impl ExactReplay {
 
     /// Whether parts of the run were not compared.
     pub fn has_loss(&self) -> bool {
-        self.lost_cycles > 0 || self.missing_torques > 0
+        self.lost_cycles > 0 || self.missing_torques > 0 || self.missing_positions > 0
     }
 
     /// Whether all that was compared is equal.
@@ -220,7 +222,9 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
                     return;
                 }
                 self.position = Position::After(Some(tick.index));
-                self.outcome.predicted_cycles += u64::from(signals.estimate.is_predicted());
+                let predicted = u64::from(signals.estimate.is_predicted());
+                self.outcome.predicted_cycles += predicted;
+                self.outcome.missing_positions += if recorded.is_none() { predicted } else { 0 };
                 let mut differences = match recorded {
                     Some(recorded) => self.compare(recorded, tick, cycle, &signals),
                     None => self.compare_sent(cycle, tick, &signals),
