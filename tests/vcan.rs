@@ -1,5 +1,5 @@
-//! The controller and the simulated robot as two processes on a real `vcan0`: same motion as in-process, and what the
-//! drives do when the controller or the bus goes away. No timing is measured here; see `vcan_timing.rs`.
+//! The controller and the simulated robot as two processes on a real `vcan0`: what the drives do when the controller or the
+//! bus goes away. No timing is measured here; see `vcan_timing.rs`, and `vcan_motion.rs` for the motion.
 //!
 //! Run by `tools/test vcan`, or one test by hand as docs/testing.md tells.
 
@@ -7,10 +7,8 @@ mod vcan_support;
 
 use rustix::process::Signal;
 use std::time::Duration;
-use uarm::dimensions::RunLog;
-use uarm_log::signals::signals;
 use vcan_support::bus::{Bus, EMERGENCY, HEARTBEAT, HEARTBEAT_ERROR, NMT, NMT_STOP, RPDO1, Seen};
-use vcan_support::process::{Robot, Running, Scheduling, controller, describe, finish, set_interface, succeed};
+use vcan_support::process::{Robot, Running, Scheduling, controller, describe, finish, set_interface};
 use vcan_support::{NODES, Workshop};
 
 /// `controller_timeout_ms` and `controller_node` in robots/uarm.toml.
@@ -26,14 +24,6 @@ const IN_MOTION: Duration = Duration::from_millis(1_500);
 /// Longer than any run of this file.
 const LONG: Duration = Duration::from_secs(60);
 
-/// The signals of each cycle in a log, without the instants.
-fn signals_of(log: &std::path::Path) -> Vec<String> {
-    let log = RunLog::read(log).unwrap_or_else(|error| panic!("{error}"));
-    let row =
-        |record: &_| signals(record).iter().map(|signal| format!("{} = {}", signal.name(), signal.value)).collect();
-    log.cycles.iter().map(row).map(|row: Vec<String>| row.join(", ")).collect()
-}
-
 fn drives_have_braked(bus: &Bus) -> bool {
     let before = NODES.map(|node| bus.position(node));
     std::thread::sleep(Duration::from_millis(50));
@@ -46,33 +36,6 @@ fn start_moving(workshop: &Workshop, bus: &Bus) -> Running {
     bus.wait_for("torque command", LONG, |seen| seen.id == RPDO1 + 2 && seen.u16(2) != 0);
     std::thread::sleep(IN_MOTION);
     running
-}
-
-#[test]
-fn the_motion_over_vcan_is_the_one_in_process_byte_for_byte() {
-    let workshop = Workshop::new("lockstep");
-    let bus = Bus::open();
-    for law in ["nonlinear", "adaptive", "fuzzy-model"] {
-        let (over_vcan, in_process) =
-            (workshop.file(&format!("vcan-{law}.mcap")), workshop.file(&format!("in-process-{law}.mcap")));
-        let robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
-        // A tick that comes late is still run, so that a loaded machine does not change the motion; the rest is what a run
-        // in-process has by default.
-        let log = over_vcan.to_str().unwrap();
-        let over = ["--controller", law, "--overrun", "catch-up", "--adaptation", "none", "--log", log];
-        finish(&mut controller(&workshop, &over));
-        drop(robot);
-        let log = in_process.to_str().unwrap();
-        let virtual_time = ["run", "--virtual-time", "--controller", law, "--disturbance", "none", "--log", log];
-        succeed(workshop.command().args(virtual_time).arg("--robot").arg(workshop.robot()));
-
-        let (over_vcan, in_process) = (signals_of(&over_vcan), signals_of(&in_process));
-        assert!(in_process.len() > 1_000, "{law}: only {} rows", in_process.len());
-        for (row, (over, inside)) in over_vcan.iter().zip(&in_process).enumerate() {
-            assert_eq!(over, inside, "{law}: cycle {row}");
-        }
-        assert_eq!(over_vcan.len(), in_process.len(), "{law}: rows");
-    }
 }
 
 #[test]

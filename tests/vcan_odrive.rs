@@ -1,22 +1,19 @@
-//! `uarm plant` and `uarm run` with ODrive axes as two processes on a real `vcan0`: the motion, and what the axes do when the
-//! controller is killed. The observer knows the frames from the maker's documentation alone.
+//! `uarm plant` and `uarm run` with ODrive axes as two processes on a real `vcan0`: what the axes do when the controller is
+//! killed. That the motion is the one in process is asserted in `vcan_motion.rs`. The observer knows the frames from the maker's documentation alone.
 //!
 //! Run by `tools/test vcan`, or one test by hand as docs/testing.md tells.
 
 mod vcan_support;
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Duration;
 
 use rustix::process::Signal;
-use uarm::dimensions::RunLog;
 use vcan_support::bus::{Bus, Seen};
-use vcan_support::process::{Running, finish, succeed};
+use vcan_support::odrive::{HEARTBEAT, command, id, plant, robot_file};
+use vcan_support::process::{Running, finish};
 use vcan_support::{INTERFACE, NODES, Workshop};
 
-/// Command ids (ODrive CAN protocol).
-const HEARTBEAT: u16 = 0x01;
+/// Command id (ODrive CAN protocol).
 const SET_INPUT_TORQUE: u16 = 0x0E;
 /// Axis states.
 const IDLE: u8 = 1;
@@ -32,61 +29,8 @@ const SCHEDULING_SLACK: Duration = Duration::from_millis(100);
 /// Longer than any run of this file.
 const LONG: Duration = Duration::from_secs(60);
 
-fn id(node: u8, message: u16) -> u16 {
-    u16::from(node) * 32 + message
-}
-
-fn robot_file(workshop: &Workshop) -> PathBuf {
-    let file = workshop.file("uarm-odrive.toml");
-    std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/uarm-odrive.toml"), &file).unwrap();
-    file
-}
-
-fn command(workshop: &Workshop, arguments: &[&str], robot: &Path) -> Command {
-    let mut command = workshop.command();
-    command.args(arguments).arg("--robot").arg(robot);
-    command
-}
-
-/// The emulated axes, once each has been heard.
-fn plant(workshop: &Workshop, bus: &Bus, robot: &Path, arguments: &[&str]) -> Running {
-    let running = Running::start(command(workshop, &["plant", "--can", INTERFACE], robot).args(arguments));
-    // Without resting: a guest in which everything rests leaps to its next timer, and over any time limit.
-    let end = std::time::Instant::now() + LONG;
-    let mut waiting = NODES.to_vec();
-    while !waiting.is_empty() {
-        for seen in bus.drain() {
-            waiting.retain(|node| seen.id != id(*node, HEARTBEAT) || seen.data.len() != 8);
-        }
-        assert!(std::time::Instant::now() < end, "no heartbeat of axes {waiting:?} within {LONG:?}");
-        std::thread::yield_now();
-    }
-    running
-}
-
 fn heartbeat(seen: &Seen) -> (u32, u8) {
     (u32::from_le_bytes(seen.data[..4].try_into().unwrap()), seen.data[4])
-}
-
-#[test]
-fn the_motion_over_vcan_is_the_one_in_process() {
-    let workshop = Workshop::new("odrive-lockstep");
-    let robot = robot_file(&workshop);
-    let bus = Bus::open();
-    let (over_vcan, in_process) = (workshop.file("vcan.mcap"), workshop.file("in-process.mcap"));
-    let _plant = plant(&workshop, &bus, &robot, &[]);
-    let over = ["run", "--can", INTERFACE, "--rt", "prefer", "--overrun", "catch-up", "--adaptation", "none"];
-    finish(command(&workshop, &over, &robot).arg("--log").arg(&over_vcan));
-    let inside = ["run", "--virtual-time", "--disturbance", "none"];
-    succeed(command(&workshop, &inside, &robot).arg("--log").arg(&in_process));
-
-    let counts = |log: &Path| {
-        let log = RunLog::read(log).unwrap_or_else(|error| panic!("{error}"));
-        log.cycles.iter().map(|record| (record.counts, record.torque_sent)).collect::<Vec<_>>()
-    };
-    let (over_vcan, in_process) = (counts(&over_vcan), counts(&in_process));
-    assert_eq!(over_vcan.len(), 1_167, "3.5 s at 3 ms");
-    assert_eq!(over_vcan, in_process);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 
 pub mod bus;
 pub mod disk;
+pub mod odrive;
 pub mod process;
 pub mod report;
 
