@@ -86,6 +86,20 @@ pub enum ParameterError {
         /// The body that the matrix belongs to.
         body: Body,
     },
+    /// The axis of a body's inboard joint is not finite, or has no direction.
+    #[error("{body}: joint axis has no direction, expected a finite vector other than zero")]
+    NoAxis {
+        /// The body outboard of the joint.
+        body: Body,
+    },
+    /// A DEM of given parameters has a prismatic joint.
+    #[error(
+        "{body}: prismatic joint in a DEM, expected a space manipulator, from which follows how far it moves the link"
+    )]
+    PrismaticDem {
+        /// The body outboard of the joint.
+        body: Body,
+    },
     /// A body's inertia is so small beside the whole arm's that M could not be factorised in this number type.
     #[error(
         "{body}: inertia is {found} kg m^2, expected at least {least} kg m^2: \

@@ -32,6 +32,7 @@
 //! | [`PlanarSpaceManipulator`], [`SpatialSpaceManipulator`] | space manipulators of any number of links, and the map (eq. 1) |
 //! | [`PlanarDem`], [`SpatialDem`] | what the map gives; in the plane M and C for any number of links |
 //! | [`ThreeLinkDem`] | the planar three-link DEM in closed form: M, C, dynamics, energy, momentum, kinematics |
+//! | [`SerialManipulator`] | N joints of any axes, revolute or prismatic, on a base of 1, 3 or 6 degrees of freedom: M, C, reduced and recursive dynamics, regressor, generalised Jacobian, Euler angles |
 //! | [`Partition`] | M and C cut into base and arm (eq. 3), the torques F and E (eq. 7), base elimination (eqs. 20, 21) |
 //! | [`regressor`], [`InertialParameters`] | F = ΞΦ for the adaptive law, and M, C for estimated Φ |
 //! | [`ReducedDynamics`] | the arm's dynamics with the cyclic base coordinate removed |
@@ -52,8 +53,7 @@
 //!
 //! # Not supported
 //!
-//! - Trees and closed loops of links, prismatic joints, flexible links.
-//! - M and C in space: only the parameters are mapped there.
+//! - Trees and closed loops of links, flexible links.
 //! - Gravity and friction: a simulation adds them as generalised forces
 //!   ([`ThreeLinkDem::centre_of_mass_jacobians`] helps with the first).
 //! - Planar links whose centre of mass lies off the line through their joints, or beyond one of them.
@@ -75,6 +75,7 @@ mod error;
 mod geometry;
 mod jacobian_sums;
 mod scalar;
+mod serial;
 mod space_manipulator;
 mod three_link;
 
@@ -83,6 +84,11 @@ pub use error::{Body, ParameterError, Requirement};
 pub use geometry::Distance;
 pub use nalgebra;
 pub use scalar::Scalar;
+pub use serial::{
+    BaseFreedom, BaseMotion, EulerAngles, EulerSequence, FreeFloatingManipulator, GeneralisedJacobian, Joint,
+    JointMotion, LINK_PARAMETERS, PlanarBaseManipulator, SerialAcceleration, SerialDynamics, SerialManipulator,
+    SerialReduced, SerialRegressor, SerialState, SphericalBaseManipulator, ToolPose,
+};
 pub use space_manipulator::{
     PlanarSpaceManipulator, SpaceLink, SpaceManipulator, SpacecraftBody, SpatialSpaceManipulator,
 };

@@ -7,6 +7,7 @@ mod equivalence;
 mod kinematics;
 mod properties;
 mod reduction;
+mod serial;
 mod single_precision;
 mod three_ways;
 mod validation;

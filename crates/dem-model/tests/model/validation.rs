@@ -1,8 +1,8 @@
 //! What is refused, and what the messages say.
 
 use dem_model::{
-    Body, DemBase, DemLink, ParameterError, PlanarDem, PlanarSpaceManipulator, SpaceLink, SpacecraftBody,
-    SpatialSpaceManipulator, ThreeLinkDem,
+    Body, DemBase, DemLink, Joint, JointMotion, ParameterError, PlanarDem, PlanarSpaceManipulator, SpaceLink,
+    SpacecraftBody, SpatialDem, SpatialSpaceManipulator, SphericalBaseManipulator, ThreeLinkDem,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -119,4 +119,30 @@ fn what_is_not_finite_stays_so() {
     let dem = ThreeLinkDem::<f64>::table_2();
     let at_nan = dem.forward_dynamics(&Vector3::new(0.0, f64::NAN, 0.0), &Vector3::zeros(), &Vector3::zeros());
     assert!(at_nan.iter().all(|entry| entry.is_nan()));
+}
+
+#[test]
+fn an_axis_has_a_direction_and_any_length() {
+    let joint = |axis: [f64; 3]| Joint::new(JointMotion::Revolute, axis.into(), Body::Link(3));
+    for length in [1e-300, 1.0, 1e300] {
+        let axis = joint([0.0, -length, length]).unwrap().axis();
+        assert!((axis.y + 0.5_f64.sqrt()).abs() < 1e-15 && (axis.z - 0.5_f64.sqrt()).abs() < 1e-15, "{axis:?}");
+    }
+    for axis in [[0.0; 3], [f64::NAN, 1.0, 0.0], [f64::INFINITY, 0.0, 0.0]] {
+        let error = joint(axis).unwrap_err().to_string();
+        assert_eq!(error, "link 3: joint axis has no direction, expected a finite vector other than zero", "{axis:?}");
+    }
+}
+
+#[test]
+fn a_dem_of_given_parameters_has_no_prismatic_joint() {
+    let vector = Vector3::new(0.1, 0.0, 0.2);
+    let inertia = Matrix3::from_diagonal_element(0.01);
+    let link = DemLink { mass: 1.0, inertia, length: vector, centre_of_mass: vector };
+    let dem = SpatialDem::new(DemBase { inertia, length: vector }, [link; 2]).unwrap();
+    let joint = |motion| Joint::new(motion, Vector3::z(), Body::Link(2)).unwrap();
+    let joints = [joint(JointMotion::Revolute), joint(JointMotion::Prismatic)];
+    let error = SphericalBaseManipulator::new(&dem, joints).unwrap_err();
+    assert_eq!(error, ParameterError::PrismaticDem { body: Body::Link(3) });
+    assert!(SphericalBaseManipulator::new(&dem, [joints[0]; 2]).is_ok());
 }
