@@ -20,6 +20,7 @@ use uarm_io::frame::Frame;
 use uarm_io::link::{Link, ObservedLink, Received};
 use uarm_io::time::Instant;
 use uarm_loop::control_loop::LoopEnd;
+use uarm_loop::fault_code::{Coded, FaultCode};
 use uarm_loop::record::{NoRecorder, Recorder};
 use uarm_loop::run::{self, Observer};
 use uarm_loop::settings::Settings;
@@ -254,6 +255,37 @@ fn when_a_drive_reports_a_fault() {
     });
     failed_with(finished, &["node 2"]);
     assert_braked(&seen);
+}
+
+/// In the cycle in which it says so.
+#[test]
+fn when_a_drive_ignores_its_target() {
+    let robot = Robot::load(None).unwrap();
+    let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |link| {
+        link.inject(Joint::Three, DriveFault::TargetIgnored);
+    });
+    failed_with(finished, &["node 3 ignores its target torque"]);
+    assert_braked(&seen);
+    assert_eq!(seen.syncs, IN_MOTION);
+}
+
+#[test]
+fn when_a_joint_turns_before_the_brakes_open_they_stay_closed() {
+    let robot = Robot::load(None).unwrap();
+    let mut clock = VirtualClock::default();
+    let mut link = link(&robot, Disturbance::None, &clock);
+    link.inject(Joint::Two, DriveFault::EncoderDrift { counts: 20 });
+    let enabled = AtomicBool::new(false);
+    let link = ObservedLink::new(link, |_, frame: &Frame, _| {
+        if matches!(Channel::of(frame.id()), Some(Channel::Rpdo1(_))) && frame.data()[0] & 0b1000 != 0 {
+            enabled.store(true, Ordering::Relaxed);
+        }
+    });
+    let finished = run_on(&robot, &settings(), link, &mut clock, NoRecorder, &StopRequest::default());
+    let error = finished.end.unwrap_err();
+    assert_eq!(error.code(), FaultCode::JointTurning, "{error}");
+    assert!(error.to_string().starts_with("joint 2 turned"), "{error}");
+    assert!(!enabled.load(Ordering::Relaxed));
 }
 
 #[test]

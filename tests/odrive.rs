@@ -10,19 +10,20 @@ use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use hinf_control::{AdaptationGuard, Disturbance, Law};
-use uarm::dimensions::{ACTIVE, JOINTS, Progress};
+use uarm::dimensions::{ACTIVE, CycleRecord, JOINTS, Progress};
 use uarm::drives::{ToDrives, run_on};
 use uarm::robot::Robot;
 use uarm::robot::overrides::Overrides;
 use uarm::simulated_robot::{PlantChoice, SimulatedPlant, SimulatedRobot, simulated};
 use uarm_io::drive::RobotDrives;
-use uarm_io::drive::odrive::wire::{AxisState, Message};
+use uarm_io::drive::odrive::wire::{AxisNode, AxisState, EncoderEstimates, Message};
 use uarm_io::drive::odrive::{OdriveNetwork, Positions};
 use uarm_io::drive::wire::Channel;
 use uarm_io::frame::Frame;
 use uarm_io::link::{Link, Received};
 use uarm_io::time::{Clock, Instant};
 use uarm_loop::control_loop::{ControlLoop, LoopEnd};
+use uarm_loop::fault_code::FaultCode;
 use uarm_loop::record::NoRecorder;
 use uarm_loop::robot::Protocol;
 use uarm_loop::run::{Observer, signal_path};
@@ -334,4 +335,71 @@ fn a_signal_and_a_panic_end_idle_with_torque_zero() {
     let stop = StopRequest::default();
     end_of(&stop, &|| stop.make());
     end_of(&StopRequest::default(), &|| panic!("a bug in the loop"));
+}
+
+/// A link on which the position of joint 2 is falsified from [`FALSE_FROM`] on: turns in, turns out.
+struct Falsified<F> {
+    link: Simulated,
+    positions: usize,
+    falsify: F,
+}
+
+impl<F: FnMut(f32) -> f32> Link for Falsified<F> {
+    type Error = InProcessError;
+
+    fn send(&mut self, frame: &Frame) -> Result<Instant, InProcessError> {
+        self.link.send(frame)
+    }
+
+    fn receive(&mut self, deadline: Instant) -> Result<Option<Received>, InProcessError> {
+        let Some(received) = self.link.receive(deadline)? else { return Ok(None) };
+        if joint(&received.frame).0 != Some(1) {
+            return Ok(Some(received));
+        }
+        self.positions += 1;
+        if self.positions < FALSE_FROM {
+            return Ok(Some(received));
+        }
+        let bytes = received.frame.data();
+        let position = f32::from_le_bytes(bytes[..4].try_into().unwrap());
+        let estimates = EncoderEstimates { position: (self.falsify)(position), velocity: 0.0 };
+        Ok(Some(Received { frame: estimates.frame(AxisNode::new(2).unwrap()), ..received }))
+    }
+}
+
+/// Requests of a position: at half time of the task, where joint 2 is fastest.
+const FALSE_FROM: usize = 500;
+
+/// Turns that an axis would have sent to turns that it sends.
+type Falsify<'a> = &'a mut dyn FnMut(f32) -> f32;
+
+#[test]
+fn an_encoder_that_jumps_reverses_or_is_no_number_ends_the_run_in_time() {
+    let end_with = |falsify: Falsify<'_>| {
+        let robot = odrive(("", ""));
+        let mut clock = VirtualClock::default();
+        let link = Falsified { link: link(&robot, &clock), positions: 0, falsify };
+        let settings = Settings::paper(Law::Nonlinear);
+        let mut controller = robot.controller(settings.law, AdaptationGuard::None).unwrap();
+        let (progress, stop) = (Progress::default(), StopRequest::default());
+        let observer = Observer { progress: &progress, stop: &stop };
+        let ways = ToDrives::over(link);
+        let recorder = Vec::<CycleRecord>::new();
+        let ended =
+            run_on(&robot.description, &settings, &mut controller, ways, &mut clock, recorder, observer).unwrap();
+        assert!(ended.stop.all_off());
+        (ended.end.unwrap_err().code, ended.recorder.len())
+    };
+    let mut first = None;
+    let faults: [(&str, Falsify<'_>, usize); 3] = [
+        ("jumps", &mut |turns| turns + 0.15, 2),
+        ("reverses", &mut |turns| 2.0 * *first.get_or_insert(turns) - turns, 10),
+        ("no number", &mut |_| f32::NAN, 2),
+    ];
+    for (name, falsify, bound) in faults {
+        let (code, cycles) = end_with(falsify);
+        assert_eq!(code, FaultCode::EncoderImplausible, "{name}");
+        // A few of the positions were asked for before the first cycle.
+        assert!((FALSE_FROM - 10..FALSE_FROM + bound).contains(&cycles), "{name}: {cycles}");
+    }
 }

@@ -113,6 +113,36 @@ fn a_fault_comes_at_its_time_and_the_truth_tells_so() {
     assert!((0.6..0.61).contains(&times[closed]), "{}", times[closed]);
 }
 
+/// In motion. Each ends the run, by name, with its exit code.
+#[test]
+fn faults_of_encoders_and_answers_end_the_run() {
+    for (fault, code) in [
+        ("2@0.9s:encoder-jump=5000", "encoder-implausible"),
+        ("2@1.5s:encoder-reversed", "encoder-implausible"),
+        ("2@0.9s:encoder-drift=20", "encoder-implausible"),
+        ("2@0.9s:encoder-glitch=48", "encoder-implausible"),
+        ("2@0.9s:feedback-replayed", "two-drives-one-node"),
+        ("2@0.9s:feedback-lost=100", "feedback-missing"),
+        ("2@0.9s:target-ignored", "target-ignored"),
+    ] {
+        assert!(braked_after(fault, code), "{fault}");
+    }
+    // Its counter goes on, so that there is nothing to see of brakes that never opened.
+    braked_after("2:encoder-drift=20", "joint-turning");
+}
+
+/// A run that ends with `code` on a robot with `fault`; whether its joints stand then.
+fn braked_after(fault: &str, code: &str) -> bool {
+    let workshop = Workshop::new("encoder-fault");
+    let bus = Bus::open();
+    let _plant = Plant::start(&workshop, &["--fault", fault]);
+    let output = controller(&workshop, &["--overrun", "catch-up", "--log", "none", "--json"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{fault}: {}", describe(&output));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report[0]["fault_code"], code, "{fault}: {}", describe(&output));
+    bus.all_have_braked()
+}
+
 #[test]
 fn faults_come_on_command_too() {
     let workshop = Workshop::new("command");

@@ -26,11 +26,11 @@ fn is_there(interface: &InterfaceHealth) -> bool {
 }
 
 fn interface_line(interface: &InterfaceHealth) -> String {
-    let InterfaceHealth { error_frames, bus_offs, restarts, queue_full, .. } = interface;
+    let InterfaceHealth { error_frames, bus_offs, restarts, queue_full, refused, .. } = interface;
     let counter = |counter: Option<u32>| counter.map_or_else(|| "?".to_owned(), |counter| counter.to_string());
     let mut line = format!(
         "interface: {error_frames} error frames, {bus_offs} times bus-off, {restarts} restarts, queue full {queue_full} \
-         times, dropped {}, error counters {} {}",
+         times, dropped {}, refused {refused}, error counters {} {}",
         counter(interface.dropped),
         counter(interface.transmit_errors),
         counter(interface.receive_errors)

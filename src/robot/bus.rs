@@ -106,6 +106,7 @@ pub(super) fn check(
         timeouts,
         sync_counter: bus.sync_counter.unwrap_or_default(),
         emergency_reaction: bus.emergency.unwrap_or_default(),
+        ignored_target_reaction: bus.target_ignored.unwrap_or_default(),
     })
 }
 
@@ -148,7 +149,7 @@ fn listen(bus: &file::Bus, period: Period, check: &Checker<'_>) -> Result<Durati
 mod tests {
     use std::path::Path;
 
-    use uarm_io::drive::network::{EmergencyReaction, Timeouts};
+    use uarm_io::drive::network::{EmergencyReaction, IgnoredTargetReaction, Timeouts};
     use uarm_io::drive::wishes::SyncCounterChoice;
     use uarm_io::time::Duration;
 
@@ -206,7 +207,7 @@ mod tests {
         assert_eq!((plain.timeouts, plain.sync_counter), (expected, SyncCounterChoice::Auto));
         assert_eq!(plain.emergency_reaction, EmergencyReaction::Stop);
         let told = bus("boot_timeout_ms = 9000\nnmt_timeout_ms = 700\npower_timeout_ms = 4000\nsdo_attempts = 5\n\
-                        sync_counter = \"off\"\nemergency = \"record\"")
+                        sync_counter = \"off\"\nemergency = \"record\"\ntarget_ignored = \"record\"")
         .unwrap()
         .description
         .bus;
@@ -223,6 +224,8 @@ mod tests {
         );
         assert_eq!(told.sync_counter, SyncCounterChoice::Off);
         assert_eq!(told.emergency_reaction, EmergencyReaction::Record);
+        assert_eq!(plain.ignored_target_reaction, IgnoredTargetReaction::Stop);
+        assert_eq!(told.ignored_target_reaction, IgnoredTargetReaction::Record);
         for (field, part) in [
             ("boot_timeout_ms = 0", "bus.boot_timeout_ms = 0: expected at least 1"),
             ("nmt_timeout_ms = 0", "bus.nmt_timeout_ms = 0"),
@@ -230,6 +233,7 @@ mod tests {
             ("sdo_attempts = 0", "bus.sdo_attempts = 0: expected 1 to 20"),
             ("sync_counter = \"maybe\"", "expected one of `auto`, `on`, `off`"),
             ("emergency = \"ignore\"", "expected `stop` or `record`"),
+            ("target_ignored = \"no\"", "expected `stop` or `record`"),
         ] {
             let message = bus(field).unwrap_err();
             assert!(message.contains(part), "{message}");

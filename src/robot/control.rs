@@ -9,6 +9,7 @@ use uarm_io::estimator::{AnyEstimator, EstimatorConfiguration, KalmanSettings};
 use uarm_io::time::Duration;
 use uarm_loop::fade::StopRamp;
 use uarm_loop::period::Period;
+use uarm_loop::rest::RestVelocity;
 use uarm_loop::robot::Bus;
 use uarm_loop::saturation::SaturationLimit;
 use uarm_loop::schedule::OverrunsInARow;
@@ -73,6 +74,13 @@ pub(super) fn stop_ramp(control: &file::Control, check: &Checker<'_>) -> Result<
     let expected = || format!("0 to {} (0: no ramp)", StopRamp::LONGEST.as_millis());
     StopRamp::new(Duration::from_millis(found.into()))
         .ok_or_else(|| check.refuse("control.stop_ramp_ms", found, expected()))
+}
+
+/// How fast a joint may turn before brakes open.
+pub(super) fn rest_velocity(control: &file::Control, check: &Checker<'_>) -> Result<RestVelocity, RobotError> {
+    let Some(found) = control.rest_velocity_deg_per_s else { return Ok(RestVelocity::default()) };
+    let expected = || format!("above 0, at most {}", RestVelocity::LARGEST_DEGREES);
+    RestVelocity::from_degrees(found).ok_or_else(|| check.refuse("control.rest_velocity_deg_per_s", found, expected()))
 }
 
 /// For how long a torque may be cut.

@@ -6,7 +6,7 @@
 
 use hinf_control::ControllerSettings;
 use serde::{Deserialize, Serialize};
-use uarm_io::drive::network::EmergencyReaction;
+use uarm_io::drive::network::{EmergencyReaction, IgnoredTargetReaction};
 use uarm_io::drive::wishes::{SyncCounterChoice, TorqueApplies};
 use uarm_io::drive::{DataType, Value};
 use uarm_io::encoder::Direction;
@@ -90,6 +90,8 @@ pub struct Control {
     pub stop_ramp_ms: Option<u16>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub saturation_stop_ms: Option<u16>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest_velocity_deg_per_s: Option<f64>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -121,6 +123,7 @@ pub struct Bus {
     pub power_timeout_ms: Option<u16>,
     pub sync_counter: Option<SyncCounterChoice>,
     pub emergency: Option<EmergencyReaction>,
+    pub target_ignored: Option<IgnoredTargetReaction>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]

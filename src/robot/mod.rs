@@ -160,6 +160,7 @@ impl Robot {
                     .to_radians(),
                 overruns_in_a_row: control::overruns_in_a_row(&file.control, &check)?,
                 saturation_limit: control::saturation_limit(&file.control, &check)?,
+                rest_velocity: control::rest_velocity(&file.control, &check)?,
                 stop_ramp: control::stop_ramp(&file.control, &check)?,
                 bus,
             },

@@ -206,6 +206,14 @@ impl EncoderConfiguration {
     }
 }
 
+impl EncoderConfiguration {
+    /// By how much the joint turned from one value of the counter to another, the shorter way, rad.
+    pub fn turned(&self, from: i32, to: i32) -> f64 {
+        let counts = self.direction.apply(self.counter_width.difference(to, from).into());
+        Encoder::new(*self).angle_of(counts)
+    }
+}
+
 /// What is wrong with an encoder's configuration or with what it reports.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum EncoderError {

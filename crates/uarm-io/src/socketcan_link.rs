@@ -1,7 +1,8 @@
 //! A [`Link`] over a Linux CAN interface.
 //!
 //! One raw socket per link. The kernel delivers exactly the identifiers asked for, so that other traffic costs the loop
-//! nothing. Reception times are taken by the kernel as the frame enters the network stack and are given on the loop's
+//! nothing. Remote frames with one of them, and frames whose 29-bit identifier ends in one, are refused before they are decoded, and
+//! counted ([`LinkHealth::refused`]); the kernel gives no CAN FD frame to a classic socket. Reception times are taken by the kernel as the frame enters the network stack and are given on the loop's
 //! clock, `CLOCK_MONOTONIC`. Sending never waits. Nothing allocates after opening.
 //!
 //! # When the interface fails
@@ -46,7 +47,7 @@ const SOCKET_MEMORY_STATISTICS: i32 = 55;
 const MEMORY_STATISTICS: usize = 9;
 const MEMORY_STATISTICS_DROPS: usize = 8;
 
-/// Which data frames a link receives. Remote frames and 29-bit identifiers never arrive; error frames always do.
+/// Which data frames a link receives. Remote frames and 29-bit identifiers are refused; error frames always arrive.
 #[derive(Clone, Copy, Debug)]
 pub enum Reception<'a> {
     /// These 11-bit identifiers and no others.
@@ -126,14 +127,17 @@ impl SocketCanLink {
     /// The frame of one read, if it is one for the caller.
     fn accept(&mut self, frame: CanFrame, timestamps: CanTimestamps) -> Result<Option<Received>, SocketCanError> {
         match frame {
-            CanFrame::Data(frame) => {
-                let Id::Standard(id) = frame.id() else { return Ok(None) };
-                let Some(frame) = Frame::new(id, embedded_can::Frame::data(&frame)) else { return Ok(None) };
-                self.health.frames_received += 1;
-                Ok(Some(Received { frame, at: self.reception_instant(timestamps) }))
-            }
             CanFrame::Error(frame) => self.note_error_frame(frame).map(|()| None),
-            CanFrame::Remote(_) => Ok(None),
+            frame => match classic_data(&frame) {
+                Some(frame) => {
+                    self.health.frames_received += 1;
+                    Ok(Some(Received { frame, at: self.reception_instant(timestamps) }))
+                }
+                None => {
+                    self.health.refused += 1;
+                    Ok(None)
+                }
+            },
         }
     }
 
@@ -268,16 +272,26 @@ pub fn raw_can_sockets() -> io::Result<()> {
     CanSocket::open_iface(ANY_INTERFACE).map(drop)
 }
 
+/// A data frame with an 11-bit identifier; nothing if it is a remote frame, or has 29 bits.
+fn classic_data(frame: &CanFrame) -> Option<Frame> {
+    match frame {
+        CanFrame::Data(frame) => match frame.id() {
+            Id::Standard(id) => Frame::new(id, embedded_can::Frame::data(frame)),
+            Id::Extended(_) => None,
+        },
+        CanFrame::Remote(_) | CanFrame::Error(_) => None,
+    }
+}
+
 fn filters(interface: InterfaceName, reception: Reception<'_>) -> Result<Vec<CanFilter>, OpenError> {
-    // With both flags in the mask a filter matches data frames with 11-bit identifiers only.
-    const KIND: u32 = libc::CAN_EFF_FLAG | libc::CAN_RTR_FLAG;
     match reception {
-        Reception::Everything => Ok(vec![CanFilter::new(0, KIND)]),
+        Reception::Everything => Ok(vec![CanFilter::new(0, 0)]),
         Reception::Exactly(identifiers) if identifiers.len() > MOST_IDENTIFIERS => {
             Err(OpenError::TooManyIdentifiers { interface, found: identifiers.len(), most: MOST_IDENTIFIERS })
         }
         Reception::Exactly(identifiers) => {
-            Ok(identifiers.iter().map(|id| CanFilter::new(id.as_raw().into(), libc::CAN_SFF_MASK | KIND)).collect())
+            // Without the flags of remote frames and of 29 bits in the mask, so that those are counted.
+            Ok(identifiers.iter().map(|id| CanFilter::new(id.as_raw().into(), libc::CAN_SFF_MASK)).collect())
         }
     }
 }
@@ -317,6 +331,8 @@ fn dropped(socket: &CanSocket) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use embedded_can::ExtendedId;
+    use socketcan::CanRemoteFrame;
 
     #[test]
     fn more_identifiers_than_the_kernel_takes_are_refused() {
@@ -330,12 +346,23 @@ mod tests {
     }
 
     #[test]
-    fn an_exact_filter_names_identifier_and_kind() {
+    fn an_exact_filter_lets_frames_of_every_kind_through_to_be_counted() {
         let interface: InterfaceName = "can0".parse().unwrap();
         let id = StandardId::new(0x181).unwrap();
         let filter = filters(interface, Reception::Exactly(&[id])).unwrap()[0];
         let filter: &libc::can_filter = filter.as_ref();
-        assert_eq!((filter.can_id, filter.can_mask), (0x181, 0xC000_07FF));
+        assert_eq!((filter.can_id, filter.can_mask), (0x181, 0x7FF));
+    }
+
+    #[test]
+    fn only_data_frames_with_11_bits_are_taken() {
+        let (standard, extended) = (StandardId::new(0x181).unwrap(), ExtendedId::new(0x181).unwrap());
+        let data = |id: Id| CanFrame::Data(CanDataFrame::new(id, &[1, 2]).unwrap());
+        assert_eq!(classic_data(&data(standard.into())), Frame::new(standard, &[1, 2]));
+        assert_eq!(classic_data(&data(extended.into())), None);
+        for id in [Id::from(standard), Id::from(extended)] {
+            assert_eq!(classic_data(&CanFrame::Remote(CanRemoteFrame::new_remote(id, 2).unwrap())), None);
+        }
     }
 
     #[test]

@@ -4,8 +4,10 @@
 //! without, the tests fail.
 
 use embedded_can::{ExtendedId, Frame as _, StandardId};
-use socketcan::nl::CanInterface;
-use socketcan::{CanDataFrame, CanErrorFrame, CanFrame, CanRemoteFrame, CanSocket, Socket};
+use socketcan::nl::{CanInterface, Mtu};
+use socketcan::{
+    CanAnyFrame, CanDataFrame, CanErrorFrame, CanFdFrame, CanFdSocket, CanFrame, CanRemoteFrame, CanSocket, Socket,
+};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use uarm_io::frame::Frame;
@@ -107,12 +109,30 @@ fn only_the_identifiers_asked_for_arrive() {
         assert_eq!(link.receive(soon()).unwrap().unwrap().frame, frame(expected, &[1]));
     }
     assert_eq!(link.receive(already()).unwrap(), None);
+    assert_eq!(link.health().refused, 2, "the remote frame and the one with 29 bits");
     assert_eq!(nothing.receive(already()).unwrap(), None);
     let mut seen = Vec::new();
     while let Some(received) = everything.receive(already()).unwrap() {
         seen.push(received.frame.id().as_raw());
     }
     assert_eq!(seen, [0x180, 0x182, 0x581, 0x701, 0x181]);
+}
+
+/// The interface takes FD frames; the link is none of those who asked for them.
+#[test]
+fn fd_frames_never_arrive() {
+    let bus = Bus::new("uarm_fd");
+    let interface = bus.interface();
+    interface.bring_down().unwrap();
+    interface.set_mtu(Mtu::Fd).unwrap();
+    interface.bring_up().unwrap();
+    let mut link = bus.link(Reception::Exactly(&[id(0x181)]));
+    let socket = CanFdSocket::open(bus.name).unwrap();
+    let witness = CanFdSocket::open(bus.name).unwrap();
+    socket.write_frame(&CanFdFrame::new(id(0x181), &[9; 12]).unwrap()).unwrap();
+    assert!(matches!(witness.read_frame().unwrap(), CanAnyFrame::Fd(_)));
+    socket.write_frame(&CanDataFrame::new(id(0x181), &[7]).unwrap()).unwrap();
+    assert_eq!(link.receive(soon()).unwrap().unwrap().frame, frame(0x181, &[7]));
 }
 
 #[test]

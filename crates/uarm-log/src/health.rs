@@ -49,6 +49,7 @@ fn interface(link: &LinkHealth) -> proto::InterfaceHealth {
     proto::InterfaceHealth {
         frames_sent: link.frames_sent,
         frames_received: link.frames_received,
+        refused: link.refused,
         queue_full: link.queue_full,
         error_frames: link.error_frames,
         controller_problems: link.controller_problems,

@@ -77,6 +77,7 @@ fn robot() -> Result<Robot<JOINTS, ACTIVE>, Failure> {
         tracking_error_limit: 0.5,
         overruns_in_a_row: Default::default(),
         saturation_limit: Default::default(),
+        rest_velocity: Default::default(),
         stop_ramp: Default::default(),
         bus: Bus {
             protocol: Protocol::Canopen,
@@ -90,6 +91,7 @@ fn robot() -> Result<Robot<JOINTS, ACTIVE>, Failure> {
             timeouts: Default::default(),
             sync_counter: Default::default(),
             emergency_reaction: Default::default(),
+            ignored_target_reaction: Default::default(),
         },
     })
 }

@@ -26,6 +26,8 @@ pub enum FaultCode {
     WatchdogSilent,
     /// The joints are not where the motion begins.
     StartPosition,
+    /// A joint turns before the brakes opened.
+    JointTurning,
     /// The approach would be faster than a joint may be, or cannot be planned.
     ApproachImpossible,
     /// Frames were heard that only this controller may send.
@@ -38,6 +40,8 @@ pub enum FaultCode {
     FeedbackMissing,
     /// A drive left the state in which it follows torques.
     DriveNotEnabled,
+    /// A drive ignores its target torque.
+    TargetIgnored,
     /// A drive sent an emergency message.
     DriveEmergency,
     /// A drive's heartbeat stopped.
@@ -72,12 +76,14 @@ crate::choice! {
     DriveNotReady = "drive-not-ready", "A drive did not come to a state while it was started";
     WatchdogSilent = "watchdog-silent", "A drive's watchdog was tried at start and did not act";
     StartPosition = "start-position", "The joints are not where the motion begins";
+    JointTurning = "joint-turning", "A joint turns before the brakes opened";
     ApproachImpossible = "approach-impossible", "The approach would be too fast for a joint, or cannot be planned";
     OtherMaster = "other-master", "Frames were heard that only this controller may send";
     DriveRebooted = "drive-rebooted", "A drive booted anew after it was set up";
     TwoDrivesOneNode = "two-drives-one-node", "Two drives answer with one node id";
     FeedbackMissing = "feedback-missing", "Counts of a joint did not come in time";
     DriveNotEnabled = "drive-not-enabled", "A drive left the state in which it follows torques";
+    TargetIgnored = "target-ignored", "A drive ignores its target torque";
     DriveEmergency = "drive-emergency", "A drive sent an emergency message";
     DriveSilent = "drive-silent", "A drive's heartbeat stopped";
     DriveNotOperational = "drive-not-operational", "A drive left NMT Operational";
@@ -132,6 +138,7 @@ impl<E> Coded for CycleError<E> {
             Self::Link(_) => FaultCode::LinkFailed,
             Self::Disturbed(disturbance) => disturbance.code(),
             Self::NotEnabled { .. } => FaultCode::DriveNotEnabled,
+            Self::TargetIgnored { .. } => FaultCode::TargetIgnored,
             Self::Emergency { .. } => FaultCode::DriveEmergency,
             Self::Lost { .. } => FaultCode::DriveSilent,
             Self::NotOperational { .. } => FaultCode::DriveNotOperational,
@@ -217,6 +224,7 @@ impl<S: Coded, C: Coded> Coded for RunError<S, C> {
                 Quantity::Position => FaultCode::StartPosition,
                 _ => violation.code(),
             },
+            Self::Turning(_) => FaultCode::JointTurning,
             Self::Loop(fault) => fault.code(),
             Self::NotOff(_) => FaultCode::StopUnconfirmed,
         }

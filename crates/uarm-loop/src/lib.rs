@@ -47,6 +47,7 @@
 //! | [`estimation`], [`mod@motion`], [`guard`], [`torque`] | its stages: encoders, desired motion, limits of the robot, drives' torques |
 //! | [`barrier`] | the limits of motion, early enough to stop before them |
 //! | [`finite`], [`saturation`] | stops on NaN or infinity; on torques that are limited for too long |
+//! | [`rest`] | do the joints stand still when brakes open? |
 //! | [`fade`] | the ramp of a stop that somebody asked for |
 //! | [`plausibility`] | can a joint be where its counts say? |
 //! | [`period`], [`schedule`], [`task_clock`] | the period; ticks and late ones; what time and period the laws are told |
@@ -87,6 +88,7 @@ pub mod plausibility;
 pub mod progress;
 pub mod record;
 pub mod recording;
+pub mod rest;
 pub mod robot;
 pub mod run;
 pub mod saturation;

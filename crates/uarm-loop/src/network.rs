@@ -46,6 +46,7 @@ impl<const J: usize, const N: usize> Robot<J, N> {
         configuration.timeouts = bus.timeouts;
         configuration.sync_counter = bus.sync_counter;
         configuration.emergency_reaction = bus.emergency_reaction;
+        configuration.ignored_target_reaction = bus.ignored_target_reaction;
         Ok(configuration)
     }
 }

@@ -6,7 +6,7 @@ use hinf_control::{QuinticReference, TorqueLimitError, TorqueLimiter, TorqueLimi
 use nalgebra::SVector;
 use uarm_io::bus_time::{BitRate, BusTime};
 use uarm_io::drive::NodeId;
-use uarm_io::drive::network::{EmergencyReaction, Timeouts};
+use uarm_io::drive::network::{EmergencyReaction, IgnoredTargetReaction, Timeouts};
 use uarm_io::drive::odrive::Positions;
 use uarm_io::drive::wishes::{DriveConfiguration, SyncCounterChoice};
 use uarm_io::encoder::EncoderConfiguration;
@@ -20,6 +20,7 @@ use crate::guard::{Guard, JointLimits};
 use crate::motion::Motion;
 use crate::period::Period;
 use crate::plausibility::AccelerationBound;
+use crate::rest::RestVelocity;
 use crate::saturation::SaturationLimit;
 use crate::schedule::OverrunsInARow;
 
@@ -44,6 +45,8 @@ pub struct Robot<const J: usize, const N: usize> {
     pub overruns_in_a_row: OverrunsInARow,
     /// For how long the torque of a joint may be cut without a break.
     pub saturation_limit: SaturationLimit,
+    /// The fastest that a joint may turn before brakes open.
+    pub rest_velocity: RestVelocity,
     /// How the torques fade when somebody asks for the end.
     pub stop_ramp: StopRamp,
     /// The bus and its heartbeats.
@@ -123,6 +126,8 @@ pub struct Bus {
     pub sync_counter: SyncCounterChoice,
     /// What an emergency of a drive does in the cycle.
     pub emergency_reaction: EmergencyReaction,
+    /// What a target torque that a drive ignores does.
+    pub ignored_target_reaction: IgnoredTargetReaction,
 }
 
 impl<const N: usize> Task<N> {

@@ -19,6 +19,7 @@ use crate::motion::Motion;
 use crate::outcome::{Indices, Outcome};
 use crate::progress::Progress;
 use crate::record::Recorder;
+use crate::rest::{self, NotAtRest};
 use crate::robot::Robot;
 use crate::saturation::SaturationWatch;
 use crate::schedule::Schedule;
@@ -64,6 +65,9 @@ pub enum RunError<S, C> {
     /// The motion from where the joints are would pass a limit; the brakes stayed closed.
     #[error(transparent)]
     Forbidden(#[from] LimitViolation),
+    /// A joint turns before the brakes opened; they stayed closed.
+    #[error(transparent)]
+    Turning(#[from] NotAtRest),
     /// The loop ended with a fault.
     #[error(transparent)]
     Loop(#[from] LoopFault<C>),
@@ -201,8 +205,9 @@ fn start<D: RobotDrives<J>, C: Clock, const J: usize, const N: usize>(
     stop: &StopRequest,
 ) -> Result<Option<Motion<N>>, RunError<D::StartError, D::CycleError>> {
     supervisor.take(Ordinary::Begin);
-    let counts = drives.configure(clock).map_err(RunError::Start)?;
+    drives.configure(clock).map_err(RunError::Start)?;
     recorder.identities(&drives.identities(), clock.now());
+    let counts = where_they_stand(robot, drives, clock)?;
     let angles = angles(robot, counts)?;
     let motion = motion(robot, settings, &angles)?;
     robot.guard().check_start(&angles, &motion)?;
@@ -213,6 +218,18 @@ fn start<D: RobotDrives<J>, C: Clock, const J: usize, const N: usize>(
     drives.enable(clock).map_err(RunError::Start)?;
     supervisor.take(Ordinary::Enabled);
     Ok(Some(motion))
+}
+
+/// The counts of joints that stand still, as they must when brakes open: one that turns is not held, or moved by somebody.
+fn where_they_stand<D: RobotDrives<J>, C: Clock, const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    drives: &mut D,
+    clock: &C,
+) -> Result<[i32; J], RunError<D::StartError, D::CycleError>> {
+    let before = drives.positions_after(Duration::ZERO, clock).map_err(RunError::Start)?;
+    let now = drives.positions_after(rest::BETWEEN_READINGS, clock).map_err(RunError::Start)?;
+    rest::check(robot.joints.each_ref().map(|joint| joint.encoder), robot.rest_velocity, before, now)?;
+    Ok(now)
 }
 
 /// Where the encoders say that the joints are, rad.

@@ -34,7 +34,7 @@ pub struct Order {
 /// What an order may say behind the colon.
 pub const ACTIONS: &str = "power-lost, bus-disconnected, encoder-jump=COUNTS, encoder-stuck, over-temperature, \
     encoder-reversed, encoder-drift=COUNTS, encoder-glitch=COUNTS, torque-reversed, feedback-lost=SYNCS, \
-    feedback-late=TIME, feedback-replayed, brake-stuck-engaged, brake-stuck-released, motor-disconnected or repair";
+    feedback-late=TIME, feedback-replayed, target-ignored, brake-stuck-engaged, brake-stuck-released, motor-disconnected or repair";
 
 impl FromStr for Order {
     type Err = String;
@@ -60,6 +60,7 @@ fn action_of(text: &str) -> Result<Action, String> {
         "encoder-reversed" => DriveFault::EncoderReversed,
         "torque-reversed" => DriveFault::TorqueReversed,
         "feedback-replayed" => DriveFault::FeedbackReplayed,
+        "target-ignored" => DriveFault::TargetIgnored,
         "over-temperature" => DriveFault::OverTemperature,
         "brake-stuck-engaged" => DriveFault::BrakeStuckEngaged,
         "brake-stuck-released" => DriveFault::BrakeStuckReleased,
@@ -164,6 +165,7 @@ mod tests {
         assert_eq!(break_("feedback-lost=3"), DriveFault::FeedbackLost { syncs: 3 });
         assert_eq!(break_("feedback-late=4ms"), DriveFault::FeedbackLate { by: Duration::from_millis(4) });
         assert_eq!(break_("feedback-replayed"), DriveFault::FeedbackReplayed);
+        assert_eq!(break_("target-ignored"), DriveFault::TargetIgnored);
         assert_eq!(break_("over-temperature"), DriveFault::OverTemperature);
         assert_eq!(break_("brake-stuck-engaged"), DriveFault::BrakeStuckEngaged);
         assert_eq!(break_("brake-stuck-released"), DriveFault::BrakeStuckReleased);

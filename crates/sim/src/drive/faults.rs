@@ -43,6 +43,8 @@ pub enum DriveFault {
     },
     /// Each answer to SYNC is preceded by the one before, as if somebody replayed it.
     FeedbackReplayed,
+    /// The drive ignores its target torque, stays in *Operation enabled*, and says so in bit 12 of its statusword.
+    TargetIgnored,
     /// The motor is too hot: EMCY 4210h and fault. A fault reset has no effect before the repair.
     OverTemperature,
     /// The brake does not open.
@@ -69,6 +71,7 @@ pub(super) struct Faults {
     pub(super) feedback_lost: u32,
     pub(super) feedback_late: Duration,
     pub(super) feedback_replayed: bool,
+    pub(super) target_ignored: bool,
     pub(super) over_temperature: bool,
     pub(super) brake_stuck_engaged: bool,
     pub(super) brake_stuck_released: bool,
@@ -92,6 +95,7 @@ impl Faults {
             DriveFault::FeedbackLost { syncs } => self.feedback_lost = syncs,
             DriveFault::FeedbackLate { by } => self.feedback_late = by,
             DriveFault::FeedbackReplayed => self.feedback_replayed = true,
+            DriveFault::TargetIgnored => self.target_ignored = true,
             DriveFault::OverTemperature => self.over_temperature = true,
             DriveFault::BrakeStuckEngaged => self.brake_stuck_engaged = true,
             DriveFault::BrakeStuckReleased => self.brake_stuck_released = true,

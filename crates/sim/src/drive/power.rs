@@ -130,7 +130,9 @@ impl<const N: usize> EmulatedDrive<N> {
     /// The torque in force.
     pub(super) fn torque_per_mille(&self) -> Torque {
         let mode = self.number(od::MODE_OF_OPERATION.address());
-        let obeys = self.power == PowerState::OperationEnabled && mode == Some(od::CYCLIC_SYNCHRONOUS_TORQUE.into());
+        let obeys = self.power == PowerState::OperationEnabled
+            && mode == Some(od::CYCLIC_SYNCHRONOUS_TORQUE.into())
+            && !self.faults.target_ignored;
         let target = self.number(od::TARGET_TORQUE.address()).and_then(|target| i16::try_from(target).ok());
         let target = target.filter(|_| obeys).unwrap_or_default();
         let limit = self.number(od::MAXIMUM_TORQUE.address()).unwrap_or(self.parameters.maximum_torque().into());

@@ -21,7 +21,9 @@ mod stop;
 
 pub use super::sdo::{Expected, SdoError};
 pub use super::wishes::{DriveConfiguration, Heartbeats, MAX_SETTINGS, ReadBack, Setting, Settings, SyncPayload};
-pub use configuration::{ConfigurationError, EmergencyReaction, LISTEN, NetworkConfiguration, Timeouts};
+pub use configuration::{
+    ConfigurationError, EmergencyReaction, IgnoredTargetReaction, LISTEN, NetworkConfiguration, Timeouts,
+};
 pub use cycle::Feedback;
 pub use disturbance::Disturbance;
 pub use error::{CycleError, Emergency, StartError};

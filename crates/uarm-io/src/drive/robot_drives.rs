@@ -5,7 +5,7 @@
 use crate::drive::identity::DriveIdentity;
 use crate::drive::network::{CycleError, DriveNetwork, Feedback, NetworkHealth, StartError, StopReport};
 use crate::link::{Link, LinkHealth};
-use crate::time::{Clock, Instant};
+use crate::time::{Clock, Duration, Instant};
 use core::error::Error;
 
 /// The drives of `JOINTS` joints on one bus.
@@ -29,6 +29,12 @@ pub trait RobotDrives<const JOINTS: usize> {
 
     /// What the drives said of themselves in [`configure`](Self::configure); nothing before it.
     fn identities(&self) -> [DriveIdentity; JOINTS];
+
+    /// Where the joints stand after `wait`, counts: for drives that are set up and have no power; blocks.
+    ///
+    /// # Errors
+    /// Call [`stop`](Self::stop) then.
+    fn positions_after<C: Clock>(&mut self, wait: Duration, clock: &C) -> Result<[i32; JOINTS], Self::StartError>;
 
     /// Brings drives that are set up to where they follow a torque, brakes open, torques zero; blocks. From here on the caller
     /// owes a [`housekeeping`](Self::housekeeping) once per cycle.
@@ -102,6 +108,10 @@ where
 
     fn identities(&self) -> [DriveIdentity; JOINTS] {
         Self::identities(self)
+    }
+
+    fn positions_after<C: Clock>(&mut self, wait: Duration, clock: &C) -> Result<[i32; JOINTS], Self::StartError> {
+        Self::positions_after(self, wait, clock)
     }
 
     fn enable<C: Clock>(&mut self, clock: &C) -> Result<(), Self::StartError> {

@@ -9,6 +9,8 @@ pub struct LinkHealth {
     pub frames_sent: u64,
     /// Data frames received.
     pub frames_received: u64,
+    /// Remote frames and frames with 29-bit identifiers that were refused.
+    pub refused: u64,
     /// Frames that the interface did not take because its queue was full.
     pub queue_full: u64,
     /// Error frames of any class.

@@ -97,6 +97,7 @@ pub fn robot() -> Robot<3, 2> {
         tracking_error_limit: 1.0,
         overruns_in_a_row: Default::default(),
         saturation_limit: Default::default(),
+        rest_velocity: Default::default(),
         stop_ramp: Default::default(),
         bus: Bus {
             protocol: Protocol::Canopen,
@@ -110,6 +111,7 @@ pub fn robot() -> Robot<3, 2> {
             timeouts: Default::default(),
             sync_counter: Default::default(),
             emergency_reaction: Default::default(),
+            ignored_target_reaction: Default::default(),
         },
     }
 }

@@ -54,6 +54,19 @@ pub enum EmergencyReaction {
     Record,
 }
 
+/// What a drive does that says in bit 12 of its statusword that it ignores its target torque (CiA 402-2, *cyclic synchronous torque*).
+///
+/// With the feature `serde` it is the text `"stop"` or `"record"`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+pub enum IgnoredTargetReaction {
+    /// It is an error, once the drive has said in the same run that it follows its target: there are makers that never set the bit.
+    #[default]
+    Stop,
+    /// Nothing: for makers that use the bit for something else.
+    Record,
+}
+
 /// Masters send SYNCs and heartbeats ten times a second or more often; of those that do, two are heard.
 pub const LISTEN: Duration = Duration::from_millis(200);
 
@@ -72,6 +85,8 @@ pub struct NetworkConfiguration<const JOINTS: usize> {
     pub sync_counter: SyncCounterChoice,
     /// What emergencies do.
     pub emergency_reaction: EmergencyReaction,
+    /// What a target torque that a drive ignores does.
+    pub ignored_target_reaction: IgnoredTargetReaction,
     /// How soon after a SYNC feedback for it can be here; what comes sooner is of an earlier SYNC. Zero where the bus
     /// has no bit rate, [`crate::bus_time::BitRate::earliest_feedback`] where it has.
     pub earliest_feedback: Duration,
@@ -126,6 +141,7 @@ impl<const JOINTS: usize> NetworkConfiguration<JOINTS> {
             listen: LISTEN,
             sync_counter: SyncCounterChoice::default(),
             emergency_reaction: EmergencyReaction::default(),
+            ignored_target_reaction: IgnoredTargetReaction::default(),
             earliest_feedback: Duration::ZERO,
         })
     }

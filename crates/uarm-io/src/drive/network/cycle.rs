@@ -1,6 +1,6 @@
 //! What happens in each cycle: SYNC out, feedback in, torques out, supervision.
 
-use super::configuration::EmergencyReaction;
+use super::configuration::{EmergencyReaction, IgnoredTargetReaction};
 use super::error::CycleError;
 use super::master::{DriveNetwork, NO_DEADLINE, Node};
 use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
@@ -61,7 +61,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     ///
     /// # Errors
     /// The first of: [`CycleError::Link`]; [`CycleError::Disturbed`]; an emergency, if the configuration says so; a drive that is not in
-    /// *Operation enabled*.
+    /// *Operation enabled*; a drive that ignores its target torque.
     pub fn collect(&mut self, deadline: Instant) -> Result<Feedback<JOINTS>, CycleError<L::Error>> {
         self.deadline = deadline;
         while self.disturbance.is_none() && self.nodes.iter().any(Node::is_awaited) {
@@ -79,6 +79,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         self.undisturbed().map_err(CycleError::Disturbed)?;
         self.alarms()?;
         self.enabled()?;
+        self.following()?;
         Ok(self.feedback())
     }
 
@@ -155,6 +156,22 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             {
                 return Err(CycleError::NotEnabled { node: health.node, found, emergency: health.last_emergency });
             }
+        }
+        Ok(())
+    }
+
+    /// An error for the first drive that followed its target torque in this run and says now that it does not.
+    fn following(&mut self) -> Result<(), CycleError<L::Error>> {
+        if self.configuration.ignored_target_reaction == IgnoredTargetReaction::Record {
+            return Ok(());
+        }
+        for Node { fresh, health, has_followed, .. } in &mut self.nodes {
+            let Some(found) = fresh.map(|feedback| feedback.statusword) else { continue };
+            let follows = found.contains(Statusword::FOLLOWS_TARGET);
+            if *has_followed && !follows {
+                return Err(CycleError::TargetIgnored { node: health.node, found });
+            }
+            *has_followed |= follows;
         }
         Ok(())
     }

@@ -142,6 +142,14 @@ pub enum CycleError<E> {
         /// Its last emergency message.
         emergency: Option<EmergencyMessage>,
     },
+    /// A drive ignores its target torque, which it followed before.
+    #[error("node {node} ignores its target torque: bit 12 is 0 in {found}, and was 1 before")]
+    TargetIgnored {
+        /// The drive's node id.
+        node: u8,
+        /// The statusword that it reported.
+        found: Statusword,
+    },
     /// A drive reported an emergency.
     #[error("node {node} reports an emergency: {}", Emergency(*.message))]
     Emergency {

@@ -66,6 +66,8 @@ pub(super) struct Node {
     pub(super) identity: DriveIdentity,
     /// Its feedback for the last SYNC.
     pub(super) fresh: Option<DriveFeedback>,
+    /// It has said in this run that it follows its target torque.
+    pub(super) has_followed: bool,
     /// Its torque actual value came after the last SYNC.
     pub(super) torque_is_fresh: bool,
     /// The deadline for that feedback has passed without it.
@@ -139,6 +141,7 @@ impl Node {
             sdo_late: 0,
             identity: DriveIdentity::default(),
             fresh: None,
+            has_followed: false,
             torque_is_fresh: false,
             missed: false,
             late: false,

@@ -64,6 +64,19 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         enabled.map_err(|error| self.cause(error))
     }
 
+    /// 6064h of all drives after `wait`, counts; blocks.
+    ///
+    /// # Errors
+    /// [`StartError`]; call [`DriveNetwork::stop`] then.
+    pub fn positions_after<C: Clock>(
+        &mut self,
+        wait: Duration,
+        clock: &C,
+    ) -> Result<[i32; JOINTS], StartError<L::Error>> {
+        let read = Blocking::new(self, clock).positions_after(wait);
+        read.map_err(|error| self.cause(error))
+    }
+
     /// A disturbance ends all waiting, and so is the cause of whatever came of that.
     fn cause(&self, error: StartError<L::Error>) -> StartError<L::Error> {
         match (error, self.disturbance) {
@@ -98,6 +111,19 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
             (*position, *found) = self.set_up(&drive, &protocol)?;
         }
         Ok(Started { drives: self.network.identities(), positions, findings, sync_payload })
+    }
+
+    /// See [`DriveNetwork::positions_after`].
+    fn positions_after(&mut self, wait: Duration) -> Outcome<[i32; JOINTS], L> {
+        self.pause(wait)?;
+        self.unalarmed()?;
+        let mut positions = [0; JOINTS];
+        for (node, position) in self.nodes().into_iter().zip(&mut positions) {
+            if let Value::Integer32(counts) = self.read(node, &objects::POSITION_ACTUAL)? {
+                *position = counts;
+            }
+        }
+        Ok(positions)
     }
 
     /// See [`DriveNetwork::enable`].
@@ -335,6 +361,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         for node in &mut self.network.nodes {
             node.fresh = None;
             node.missed = false;
+            node.has_followed = false;
         }
     }
 }

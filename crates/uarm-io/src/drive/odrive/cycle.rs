@@ -29,6 +29,10 @@ where
         [DriveIdentity::default(); JOINTS]
     }
 
+    fn positions_after<C: Clock>(&mut self, wait: Duration, clock: &C) -> Result<[i32; JOINTS], Self::StartError> {
+        self.positions_after_wait(wait, clock)
+    }
+
     fn enable<C: Clock>(&mut self, clock: &C) -> Result<(), Self::StartError> {
         self.arm_axes(clock)
     }

@@ -9,7 +9,7 @@ use super::wire::{self, AxisState, ControllerMode, Heartbeat};
 use crate::drive::network::LastDefence;
 use crate::frame::Frame;
 use crate::link::Link;
-use crate::time::{Clock, Instant};
+use crate::time::{Clock, Duration, Instant};
 
 type Outcome<T, L> = Result<T, OdriveStartError<<L as Link>::Error>>;
 
@@ -32,6 +32,12 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
         self.prove_watchdogs(clock)?;
         self.clear(clock)?;
         self.arm(clock)
+    }
+
+    /// Positions after `wait`, with the watchdogs fed.
+    pub(super) fn positions_after_wait<C: Clock>(&mut self, wait: Duration, clock: &C) -> Outcome<[i32; JOINTS], L> {
+        self.wait(clock, clock.now() + wait, Feeding::On, |_| false)?;
+        self.read_positions(clock)
     }
 
     fn tell_all(&mut self, frame: impl Fn(wire::AxisNode) -> Frame) -> Result<(), L::Error> {

@@ -42,6 +42,8 @@ pub struct Script {
     pub ignores_syncs: Vec<u8>,
     /// Answers each SYNC twice, as two drives with one node id do.
     pub answers_twice: bool,
+    /// Bits of the statusword beside those of the state.
+    pub status_bits: u16,
     /// Leaves the size out of expedited answers.
     pub no_size: bool,
     /// Fault resets that it needs before it leaves *Fault*.
@@ -160,7 +162,8 @@ impl FakeDrive {
                 if self.script.ignores_syncs.contains(&count) {
                     return Vec::new();
                 }
-                let feedback = DriveFeedback { statusword: Statusword::of(self.power), position: self.position };
+                let statusword = Statusword::of(self.power).with(self.script.status_bits);
+                let feedback = DriveFeedback { statusword, position: self.position };
                 let identifier = StandardId::new(self.identifier(&TPDO1_IDENTIFIER)).unwrap();
                 let answer = (self.script.feedback_delay, Frame::with(identifier, feedback.encode()));
                 std::iter::repeat_n(answer, if self.script.answers_twice { 2 } else { 1 }).collect()

@@ -173,6 +173,32 @@ fn every_state_but_operation_enabled_is_an_error() {
 }
 
 #[test]
+fn a_drive_that_stops_following_its_target_is_an_error_and_one_that_never_said_so_is_none() {
+    let told = |reaction| {
+        let mut configuration = configuration();
+        configuration.ignored_target_reaction = reaction;
+        let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+        start(&mut network).unwrap();
+        // It does not set the bit from the first answer on.
+        cycle(&mut network, [0; 3]).unwrap();
+        network.link_mut().drives[1].script.status_bits = Statusword::FOLLOWS_TARGET;
+        cycle(&mut network, [0; 3]).unwrap();
+        network.link_mut().drives[1].script.status_bits = 0;
+        let outcome = cycle(&mut network, [0; 3]);
+        (network, outcome)
+    };
+    let (mut network, outcome) = told(IgnoredTargetReaction::Stop);
+    let error = outcome.unwrap_err();
+    assert_eq!(error, CycleError::TargetIgnored { node: 2, found: Statusword::of(PowerState::OperationEnabled) });
+    assert!(format!("{error}").starts_with("node 2 ignores its target torque: bit 12 is 0 in Operation enabled"));
+    // The next run knows nothing of it.
+    stop(&mut network);
+    start(&mut network).unwrap();
+    cycle(&mut network, [0; 3]).unwrap();
+    assert!(told(IgnoredTargetReaction::Record).1.is_ok());
+}
+
+#[test]
 fn a_silent_drive_is_lost_after_its_time() {
     let mut network = started();
     for _ in 0..100 {
