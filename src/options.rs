@@ -12,8 +12,9 @@ pub fn choice<C: Choice>() -> impl TypedValueParser<Value = C> {
     PossibleValuesParser::new(values).try_map(|name| C::from_name(&name).ok_or("not one of the possible values"))
 }
 
-/// The longest hold and approach: as long as a robot file's.
-const LONGEST: Duration = Duration::from_secs(3600);
+/// The longest approach and the longest hold: as long as a robot file's.
+const LONGEST_APPROACH: Duration = Duration::from_secs(3600);
+const LONGEST_HOLD: Duration = Duration::from_secs(24 * 3600);
 
 /// The period of a loop.
 ///
@@ -36,8 +37,8 @@ pub fn period(text: &str) -> Result<Duration, String> {
 /// # Errors
 /// What was expected, if it is no such time.
 pub fn hold(text: &str) -> Result<Duration, String> {
-    let hold = humantime::parse_duration(text).ok().filter(|hold| *hold <= LONGEST);
-    hold.ok_or_else(|| "expected a time up to 1h, such as 500ms or 60s".to_owned())
+    let hold = humantime::parse_duration(text).ok().filter(|hold| *hold <= LONGEST_HOLD);
+    hold.ok_or_else(|| "expected a time up to 24h, such as 500ms or 60s".to_owned())
 }
 
 /// How long the way to the start of a motion takes.
@@ -45,7 +46,8 @@ pub fn hold(text: &str) -> Result<Duration, String> {
 /// # Errors
 /// What was expected, if it is no such time.
 pub fn approach(text: &str) -> Result<Duration, String> {
-    let approach = hold(text).ok().filter(|approach| !approach.is_zero());
+    let approach = humantime::parse_duration(text).ok();
+    let approach = approach.filter(|approach| !approach.is_zero() && *approach <= LONGEST_APPROACH);
     approach.ok_or_else(|| "expected a time above 0 up to 1h, such as 5s".to_owned())
 }
 
@@ -65,6 +67,22 @@ pub fn seconds(text: &str) -> Result<f64, String> {
 pub fn step(text: &str) -> Result<f64, String> {
     let step = text.parse().ok().filter(|step: &f64| step.is_finite() && *step > 0.0);
     step.ok_or_else(|| "expected a finite number above 0".to_owned())
+}
+
+/// A size such as `500MB` or `2GiB`, bytes.
+///
+/// # Errors
+/// What was expected, if it is none.
+pub fn size(text: &str) -> Result<u64, String> {
+    const UNITS: [(&str, u64); 6] =
+        [("kB", 1000), ("MB", 1_000_000), ("GB", 1_000_000_000), ("KiB", 1 << 10), ("MiB", 1 << 20), ("GiB", 1 << 30)];
+    let size = UNITS.iter().find_map(|(unit, bytes)| {
+        let number = text.strip_suffix(unit)?.trim().parse::<u64>().ok()?;
+        number.checked_mul(*bytes).filter(|size| *size > 0)
+    });
+    size.ok_or_else(|| {
+        "expected a whole number with a unit (kB, MB, GB, KiB, MiB, GiB), such as 500MB or 2GiB".to_owned()
+    })
 }
 
 /// Reads a time such as `3ms`, `1.5s` or `2m 30s`.
@@ -121,10 +139,15 @@ mod tests {
         for wrong in ["0ms", "1s", "-3ms", "1500ns", "fast", ""] {
             assert!(period(wrong).is_err(), "{wrong}");
         }
-        for wrong in ["-1s", "2h", "nan"] {
+        for wrong in ["-1s", "25h", "nan"] {
             assert!(hold(wrong).is_err() && approach(wrong).is_err(), "{wrong}");
         }
-        assert!(approach("0s").is_err());
+        assert_eq!(hold("24h"), Ok(Duration::from_secs(86_400)));
+        assert!(approach("0s").is_err() && approach("2h").is_err());
+        assert_eq!((size("500MB"), size("2 GiB")), (Ok(500_000_000), Ok(2_147_483_648)));
+        for wrong in ["500", "", "MB", "-1MB", "0MB", "1.5GB", "99999999999GiB", "1TB"] {
+            assert!(size(wrong).unwrap_err().contains("500MB"), "{wrong}");
+        }
         for wrong in ["nan", "inf", "-inf", "x"] {
             assert!(seconds(wrong).is_err() && step(wrong).is_err(), "{wrong}");
         }

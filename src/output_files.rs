@@ -164,6 +164,14 @@ impl OutputFiles {
     }
 }
 
+/// A path in JSON: what of its name is no text is `U+FFFD`.
+///
+/// # Errors
+/// Those of the serializer.
+pub fn as_text<S: serde::Serializer>(path: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
+    serde::Serialize::serialize(&path.as_ref().map(|path| path.to_string_lossy()), serializer)
+}
+
 /// A new file needs a folder.
 fn check_folder(file: &Path) -> Result<(), OutputError> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use hinf_control::Law;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use uarm_log::description::ClockKind;
 use uarm_loop::choice::Choice;
@@ -14,6 +14,8 @@ use uarm_loop::timing::{LatencySummary, TimingSummary, Verdict};
 
 use crate::dimensions::{ACTIVE, LoopRobot, Outcome};
 use crate::drives::Failure;
+use crate::log_files::PartCount;
+use crate::output_files::as_text;
 use crate::robot::Robot;
 
 /// How a run that ended as planned tells it.
@@ -70,6 +72,8 @@ pub struct RunReport {
     /// The log; in JSON, what of its name is no text is `U+FFFD`.
     #[serde(serialize_with = "as_text")]
     pub log: Option<PathBuf>,
+    /// The parts that a long log was written into; nothing of a log in one file.
+    pub log_parts: Option<PartCount>,
     /// Records that a log or trace lost.
     pub records_dropped: u64,
     /// Files that could not be written, and other losses.
@@ -189,6 +193,7 @@ impl RunReport {
             bus: BusReport { time_per_cycle_us: bus.cyclic.as_secs_f64() * 1e6, load: bus.load },
             page_faults: in_real_time.then_some(outcome.page_faults.minor + outcome.page_faults.major),
             log,
+            log_parts: None,
             records_dropped: 0,
             losses: Vec::new(),
         }
@@ -197,6 +202,13 @@ impl RunReport {
     /// Says that cycles that ran are missing: what is computed without them is no figure of the whole run.
     pub fn cycles_are_missing(&mut self) {
         self.coverage.cycles_are_missing = true;
+        self.paper = None;
+        self.timing_verdict = None;
+    }
+
+    /// Says that the figures are those of a part of the run: indices and verdict are of the whole.
+    pub fn is_part_of_a_run(&mut self) {
+        self.indices = None;
         self.paper = None;
         self.timing_verdict = None;
     }
@@ -259,6 +271,14 @@ impl RunReport {
         if let Some(log) = &self.log {
             writeln!(output, "  log                {}", log.display())?;
         }
+        if let Some(PartCount { written, deleted, last: Some(last) }) = &self.log_parts {
+            let gone = if *deleted > 0 {
+                format!("; the oldest {deleted} were deleted to keep the limit")
+            } else {
+                String::new()
+            };
+            writeln!(output, "                     in {written} parts, the last in {}{gone}", last.display())?;
+        }
         for loss in &self.losses {
             writeln!(output, "  LOST               {loss}")?;
         }
@@ -317,7 +337,7 @@ impl RunReport {
                     Some(verdict) => {
                         writeln!(output, "  verdict            {}: {}", verdict_word(verdict), advice(verdict))?
                     }
-                    None => writeln!(output, "  verdict            none: the log is not whole")?,
+                    None => writeln!(output, "  verdict            none: the log is not that of a whole run")?,
                 }
             }
         }
@@ -373,10 +393,6 @@ fn verdict_word(verdict: Verdict) -> &'static str {
         Verdict::Tight => "tight",
         Verdict::Missed => "deadlines missed",
     }
-}
-
-fn as_text<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
-    path.as_ref().map(|path| path.to_string_lossy()).serialize(serializer)
 }
 
 /// Prints the means over the experiments that were completed, as the paper gives them over five.

@@ -31,6 +31,10 @@ pub enum Item<const J: usize, const N: usize> {
     Machine(Fields),
     /// Which drives moved the robot.
     Drives(Vec<LoggedDrive>),
+    /// Which part of a run the file is, counted from 1; the first does not say so.
+    Part(u32),
+    /// The file beside this one in which the run goes on.
+    Next(String),
     /// How the run ended.
     End(Fields),
     /// The record of a cycle.
@@ -182,6 +186,8 @@ impl<const J: usize, const N: usize> Decoder<J, N> {
             }
             description::MACHINE => emit(Item::Machine(fields)),
             drives::DRIVES => emit(Item::Drives(drives::drives(&fields))),
+            description::PART => emit(Item::Part(description::part_number(&fields)?)),
+            description::NEXT => emit(Item::Next(description::next_file(&fields)?.to_owned())),
             description::END => emit(Item::End(fields)),
             _ => {}
         }

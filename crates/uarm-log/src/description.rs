@@ -6,7 +6,9 @@
 //! | `uarm.robot` | the robot as its describer wrote it down, as TOML; trained fuzzy sets, if any |
 //! | `uarm.machine` | version, commit, kernel, CPU, real-time settings |
 //! | `uarm.drives` | which drives moved it, as they said themselves ([`mod@crate::drives`]) |
-//! | `uarm.end` | how it ended; missing if the process was killed |
+//! | `uarm.part` | which part of the run the file is; missing in the first |
+//! | `uarm.next` | the file in which the run goes on, where it does |
+//! | `uarm.end` | how it ended; missing if the process was killed, and where the run goes on in another file |
 //!
 //! Reading is lenient: what a log says of a controller or a robot that this version does not know is kept as text, and
 //! refused only where it is needed.
@@ -34,6 +36,11 @@ pub const ROBOT: &str = "uarm.robot";
 pub const MACHINE: &str = "uarm.machine";
 /// Name of the metadata record that tells how the run ended.
 pub const END: &str = "uarm.end";
+
+/// Name of the metadata record that tells which part of a run a file is.
+pub const PART: &str = "uarm.part";
+/// Name of the metadata record that tells in which file a run goes on.
+pub const NEXT: &str = "uarm.next";
 
 /// The clock that a loop ran on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -256,6 +263,33 @@ pub fn end_fields(end: &RunEnd) -> Fields {
     ]);
     fields.extend(end.figures.iter().cloned());
     fields
+}
+
+/// The record [`PART`] of the part of this number, counted from 1.
+pub(crate) fn part_fields(number: u32) -> Fields {
+    fields([("number", number.to_string())])
+}
+
+/// The number in a record [`PART`].
+pub(crate) fn part_number(part: &Fields) -> Result<u32, DescriptionError> {
+    let value = text(part, PART, "number")?;
+    let wrong = || DescriptionError::Value {
+        record: PART,
+        field: "number",
+        value: value.to_owned(),
+        expected: "a whole number".to_owned(),
+    };
+    value.parse().map_err(|_| wrong())
+}
+
+/// The record [`NEXT`] that names a file beside this one.
+pub(crate) fn next_fields(file: &str) -> Fields {
+    fields([("file", file.to_owned())])
+}
+
+/// The file name in a record [`NEXT`].
+pub(crate) fn next_file(next: &Fields) -> Result<&str, DescriptionError> {
+    text(next, NEXT, "file")
 }
 
 /// A duration as this version writes it, in whole nanoseconds, or as earlier ones did: `5s 500ms`.

@@ -2,7 +2,7 @@
 //! the bit. Also candump and CSV files.
 //!
 //! A log is written in chunks of at most a quarter of a second, each handed to the operating system at once: a process that
-//! is killed loses no more than that.
+//! is killed loses no more than that. A long run is written into several files, each of which is a log by itself.
 //!
 //! ```
 //! use uarm_log::csv;
@@ -20,6 +20,7 @@
 //! | module | subject |
 //! |---|---|
 //! | [`writer`] | the file, written: one [`Sink`](uarm_loop::recording::Sink) of the recording |
+//! | [`parts`] | a long run in several files, of which the newest are kept |
 //! | [`reader`], [`follow`] | the file, or what is left of it, read; the file, read while it grows |
 //! | [`description`] | what was run, on what machine: the metadata |
 //! | [`mod@drives`] | which drives moved the robot: metadata as well |
@@ -48,6 +49,7 @@ pub mod follow;
 pub mod health;
 pub mod keyframe;
 pub mod layout;
+pub mod parts;
 pub mod reader;
 pub mod records;
 pub mod regular_file;

@@ -1,5 +1,6 @@
 //! The file, or what is left of it, read.
 
+use std::fmt;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
@@ -36,10 +37,45 @@ pub struct RunLog<const J: usize, const N: usize> {
     pub notes: Vec<LoggedNote>,
     /// Why the run failed.
     pub fault: Option<proto::Fault>,
-    /// How it ended; nothing if the process was killed.
+    /// Which part of the run the file is.
+    pub part: Part,
+    /// How it ended; nothing if the process was killed, and in all parts but the last.
     pub end: Option<Fields>,
     /// What could not be read, and what is missing.
     pub damage: Vec<String>,
+}
+
+/// Which part of a run a file is.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Part {
+    /// Counted from 1.
+    pub number: u32,
+    /// The file beside it in which the run goes on.
+    pub next: Option<String>,
+}
+
+impl Default for Part {
+    /// The only one, or the first of a run that was killed.
+    fn default() -> Self {
+        Self { number: 1, next: None }
+    }
+}
+
+impl Part {
+    /// Whether it is the whole run.
+    pub fn is_all(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "part {} of a run", self.number)?;
+        match &self.next {
+            Some(next) => write!(formatter, ", which goes on in {next}"),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Why a file gives no run at all.
@@ -130,6 +166,7 @@ struct Collected<const J: usize, const N: usize> {
     health: Vec<proto::CanHealth>,
     notes: Vec<LoggedNote>,
     fault: Option<proto::Fault>,
+    part: Part,
     end: Option<Fields>,
     closed: bool,
     damage: Vec<String>,
@@ -150,6 +187,8 @@ impl<const J: usize, const N: usize> Collected<J, N> {
             Item::Run(run) => self.run = Some(*run),
             Item::Machine(machine) => self.machine = machine,
             Item::Drives(drives) => self.drives = drives,
+            Item::Part(number) => self.part.number = number,
+            Item::Next(file) => self.part.next = Some(file),
             Item::End(end) => self.end = Some(end),
             Item::Cycle(record) => self.cycles.push(*record),
             Item::Frame(frame) => self.frames.push(frame),
@@ -163,7 +202,7 @@ impl<const J: usize, const N: usize> Collected<J, N> {
     }
 
     fn into_log(mut self, path: &Path) -> Result<RunLog<J, N>, ReadError> {
-        if self.end.is_none() {
+        if self.end.is_none() && self.part.next.is_none() {
             self.damage("no end is recorded: the process was killed, or the disk failed".to_owned());
         }
         if self.more_damage > 0 {
@@ -188,6 +227,7 @@ impl<const J: usize, const N: usize> Collected<J, N> {
             health: self.health,
             notes: self.notes,
             fault: self.fault,
+            part: self.part,
             end: self.end,
             damage: self.damage,
         };

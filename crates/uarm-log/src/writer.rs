@@ -8,6 +8,7 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapError, McapResult, WriteOptions, Writer};
 use prost::Message;
+use uarm_loop::uarm_io::drive::DriveIdentity;
 use uarm_loop::uarm_io::drive::network::Emergency;
 use uarm_loop::uarm_io::drive::wire::{Channel, DRIVE_EDS, FRAMES_DBC, decode_emergency};
 use uarm_loop::uarm_io::link::FrameDirection;
@@ -35,6 +36,13 @@ const TRANSFORMS_INTERVAL: Duration = Duration::from_millis(15);
 const LATENESS_INTERVAL: Duration = Duration::from_secs(1);
 /// The flight recorder's window: the part of a log before a fault that is marked.
 const FLIGHT_WINDOW: Duration = Duration::from_secs(5);
+
+/// What a message has beside its data: opcode, length, channel, sequence, two times; and its place in the chunk's index.
+const MESSAGE_BYTES: u64 = 47;
+/// What the summary has for each chunk at most, with its offsets in eleven topics.
+const INDEX_BYTES: u64 = 512;
+/// What else closing a log adds: the schemas and channels again, statistics, metadata.
+const SUMMARY_BYTES: u64 = 64 * 1024;
 
 /// What is attached to each log, beside the robot file.
 const ATTACHMENTS: [(&str, &str, &str); 2] =
@@ -65,6 +73,10 @@ struct State {
     latest_cycle: Option<(u64, Instant)>,
     notes: u32,
     periodic: u32,
+    /// Bytes of messages in the chunk in hand, not compressed.
+    pending: u64,
+    /// Chunks that were written.
+    chunks: u64,
 }
 
 impl<W: Write, const J: usize> LogWriter<W, J> {
@@ -128,7 +140,22 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
         // A `Vec` grows: there is always room.
         message.encode(&mut self.buffer).map_err(|error| McapError::Io(io::Error::other(error)))?;
         let header = MessageHeader { channel_id: topic.channel(), sequence, log_time, publish_time };
-        self.writer.write_to_known_channel(&header, &self.buffer)
+        self.writer.write_to_known_channel(&header, &self.buffer)?;
+        self.state.pending += MESSAGE_BYTES + bytes(self.buffer.len());
+        if self.state.pending > CHUNK_SIZE {
+            self.chunk_is_written();
+        }
+        Ok(())
+    }
+
+    fn chunk_is_written(&mut self) {
+        self.state.pending = 0;
+        self.state.chunks += 1;
+    }
+
+    /// How many bytes closing the log will add at most: the chunk in hand as it is, and the summary.
+    pub(crate) fn bytes_to_close(&self) -> u64 {
+        self.state.pending + SUMMARY_BYTES + (self.state.chunks + 1) * INDEX_BYTES
     }
 
     fn cycle<const N: usize>(&mut self, record: &CycleRecord<J, N>) -> McapResult<()> {
@@ -198,17 +225,24 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
             PeriodicRecord::Keyframe(state, _) => {
                 self.put(Topic::Keyframes, sequence, at, at, &keyframe::message(state, self.axis))
             }
-            PeriodicRecord::Identities(identities, _) => {
-                let metadata = drives::fields(self.nodes, identities);
-                self.writer.write_metadata(&Metadata { name: drives::DRIVES.to_owned(), metadata })
-            }
+            PeriodicRecord::Identities(identities, _) => self.identities(identities),
             PeriodicRecord::Health(record) => {
                 self.put(Topic::CanHealth, sequence, at, at, &health::message(record, dropped))
             }
         }
     }
 
-    fn note(&mut self, severity: Severity, text: &str) -> McapResult<()> {
+    pub(crate) fn identities(&mut self, identities: &[DriveIdentity; J]) -> McapResult<()> {
+        let metadata = drives::fields(self.nodes, identities);
+        self.writer.write_metadata(&Metadata { name: drives::DRIVES.to_owned(), metadata })
+    }
+
+    /// The latest instant of an entry.
+    pub(crate) fn now(&self) -> Instant {
+        self.state.now
+    }
+
+    pub(crate) fn note(&mut self, severity: Severity, text: &str) -> McapResult<()> {
         let at = self.axis.at(self.state.now);
         let level = match severity {
             Severity::Info => log::Level::Info,
@@ -258,8 +292,31 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
             return Ok(());
         }
         self.state.flush = self.state.now + CHUNK_SPAN;
+        self.chunk_is_written();
         self.writer.flush()
     }
+
+    /// Goes on with the run of which `before` has the part before: number `part`, counted from 1.
+    pub(crate) fn continue_run<V: Write>(&mut self, part: u32, before: &LogWriter<V, J>) -> McapResult<()> {
+        let State { now, next_lateness, latest_cycle, notes, periodic, .. } = before.state;
+        let flush = now + CHUNK_SPAN;
+        self.state = State { now, flush, next_lateness, latest_cycle, notes, periodic, ..self.state };
+        self.writer
+            .write_metadata(&Metadata { name: description::PART.to_owned(), metadata: description::part_fields(part) })
+    }
+
+    /// Closes a part of a run that goes on in the file `next`, beside this one.
+    pub(crate) fn close_part(&mut self, next: &str) -> McapResult<()> {
+        self.writer.write_metadata(&Metadata {
+            name: description::NEXT.to_owned(),
+            metadata: description::next_fields(next),
+        })?;
+        self.writer.finish().map(drop)
+    }
+}
+
+fn bytes(length: usize) -> u64 {
+    u64::try_from(length).unwrap_or(u64::MAX)
 }
 
 /// Channels are added in the order of the topics, and counted from 1.
@@ -297,9 +354,14 @@ impl<W: Write + Send, const J: usize, const N: usize> Sink<J, N> for LogWriter<W
             Entry::Pause => self.flush_if_due(),
             Entry::End(end) => self.end(end),
         };
-        written.map_err(|error| match error {
-            McapError::Io(error) => error,
-            error => io::Error::other(error),
-        })
+        written.map_err(io_error)
+    }
+}
+
+/// The error of a disk as such.
+pub(crate) fn io_error(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        error => io::Error::other(error),
     }
 }

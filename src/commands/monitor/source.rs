@@ -62,10 +62,18 @@ impl Source {
     /// If the file cannot be read, or is no log of a run.
     pub fn catch_up(&mut self) -> anyhow::Result<()> {
         let Self { state, path, follower } = self;
-        if state.growth == Growth::Open {
+        while state.growth == Growth::Open {
             let caught_up = follower.catch_up(|item| state.take(item));
             state.growth = caught_up.with_context(|| path.display().to_string())?;
+            if let Some(next) = state.next.take().filter(|_| state.growth == Growth::Ended) {
+                *path = path.with_file_name(next);
+                *follower = Follower::open(path).with_context(|| path.display().to_string())?;
+                state.file.clone_from(path);
+                state.growth = Growth::Open;
+                continue;
+            }
             state.silent_for = silence(path).with_context(|| path.display().to_string())?;
+            break;
         }
         let is_log = state.run.is_some() || state.growth == Growth::Open;
         let reason = state.damage.last().map_or("no description of a run", String::as_str);

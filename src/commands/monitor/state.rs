@@ -45,6 +45,8 @@ pub struct State {
     pub notes: Vec<LoggedNote>,
     /// Why it failed.
     pub fault: Option<proto::Fault>,
+    /// The file beside this one in which the run goes on.
+    pub next: Option<String>,
     /// How it ended.
     pub end: Option<Fields>,
     /// What could not be read, the last of it.
@@ -84,6 +86,7 @@ impl State {
             health: None,
             notes: Vec::new(),
             fault: None,
+            next: None,
             end: None,
             damage: Vec::new(),
             timing: None,
@@ -95,7 +98,8 @@ impl State {
     pub fn take(&mut self, item: Item) {
         match item {
             Item::Run(run) => {
-                self.timing = Some(TimingRecorder::new(run.period.duration()));
+                // The next part of a run repeats what is run.
+                self.timing.get_or_insert_with(|| TimingRecorder::new(run.period.duration()));
                 self.joint_names = joint_names(&self.file, &run);
                 self.run = Some(*run);
             }
@@ -103,9 +107,11 @@ impl State {
             Item::Health(health) => self.health = Some(health),
             Item::Note(note) => keep(&mut self.notes, note, MOST_NOTES),
             Item::Fault(fault) => self.fault = Some(fault),
+            Item::Next(file) => self.next = Some(file),
             Item::End(end) => self.end = Some(end),
             Item::Damage(what) => keep(&mut self.damage, what, MOST_DAMAGES),
-            Item::Machine(_) | Item::Drives(_) | Item::Frame(_) | Item::Keyframe(..) | Item::Closed => {}
+            Item::Machine(_) | Item::Drives(_) | Item::Part(_) | Item::Frame(_) | Item::Keyframe(..) | Item::Closed => {
+            }
         }
     }
 

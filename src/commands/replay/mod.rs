@@ -11,6 +11,7 @@ use anyhow::{Context, anyhow, bail, ensure};
 use hinf_control::{AdaptationGuard, BaseAcceleration, Disturbance, Law};
 use serde::Serialize;
 use uarm_log::candump::{self, CandumpError, Interface};
+use uarm_log::reader::Part;
 use uarm_log::records::MAGIC;
 use uarm_log::regular_file;
 use uarm_log::replay::bus_cycles::bus_cycles;
@@ -107,6 +108,8 @@ struct Recorded {
     settings: Settings,
     frames: Vec<FrameRecord>,
     log: Option<Box<RunLog>>,
+    /// Which part of the run it is.
+    part: Part,
     /// What is missing or cannot be read.
     damage: Vec<String>,
     /// Steps of the clock that stamped the frames, which were taken out.
@@ -122,6 +125,7 @@ struct Report<'a> {
     exact: Option<&'a ExactReplay>,
     #[serde(skip_serializing_if = "Option::is_none")]
     what_if: Option<WhatIfReport>,
+    part: &'a Part,
     damage: &'a [String],
     clock_steps: &'a [ClockStep],
 }
@@ -228,6 +232,7 @@ fn read_any(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
             robot: Robot::from_log(path, &log.run.robot).context("the robot in the log")?,
             settings: log.run.settings().with_context(|| path.display().to_string())?,
             frames: std::mem::take(&mut log.frames),
+            part: log.part.clone(),
             damage: std::mem::take(&mut log.damage),
             log: Some(Box::new(log)),
             clock_steps: Vec::new(),
@@ -260,7 +265,16 @@ fn read_any(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
     let clock_steps = on_one_clock(&mut candump.frames, regularity);
     let damage = candump.losses();
     let name = law.name().to_owned();
-    Ok(Recorded { name, robot, settings, frames: candump.frames, log: None, damage, clock_steps })
+    Ok(Recorded {
+        name,
+        robot,
+        settings,
+        frames: candump.frames,
+        log: None,
+        part: Part::default(),
+        damage,
+        clock_steps,
+    })
 }
 
 fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: &str) -> anyhow::Result<ExitCode> {
@@ -277,6 +291,7 @@ fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: 
             controller: &recorded.name,
             exact: Some(&replay),
             what_if: None,
+            part: &recorded.part,
             damage: &recorded.damage,
             clock_steps: &recorded.clock_steps,
         })?;
@@ -296,6 +311,9 @@ fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: 
 fn print_exact(replay: &ExactReplay, recorded: &Recorded, file: &str, output: &mut impl Write) -> io::Result<()> {
     let ExactReplay { from, cycles, signals, keyframes, .. } = replay;
     writeln!(output, "replay of {file}: {}, controller {}", recorded.robot.description.name, recorded.name)?;
+    if !recorded.part.is_all() {
+        writeln!(output, "  {}", recorded.part)?;
+    }
     let of_all = match replay.lost_cycles {
         0 => String::new(),
         lost => format!(" of {}", cycles + lost),
@@ -400,6 +418,7 @@ fn what_if(
             controller: &other_name,
             exact: None,
             what_if: Some(WhatIfReport::new(&what_if)),
+            part: &recorded.part,
             damage: &recorded.damage,
             clock_steps: &recorded.clock_steps,
         };

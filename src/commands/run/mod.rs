@@ -14,9 +14,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use hinf_control::{AdaptationGuard, BaseAcceleration, Disturbance, Law};
 use uarm_io::realtime::RealtimePolicy;
+use uarm_log::parts::{NewestBytes, SizeLimit};
 use uarm_loop::schedule::OverrunPolicy;
 use uarm_loop::settings::Settings;
 use uarm_loop::task_clock::PeriodSource;
@@ -111,6 +112,10 @@ pub struct Arguments {
     /// option runs/TIME-CONTROLLER.mcap
     #[arg(long, allow_hyphen_values = true, value_name = "FILE|none")]
     log: Option<LogChoice>,
+    /// Keep the newest of the recording, at most so much, such as 500MB or 2GiB, in parts that each replay on their own; the
+    /// oldest are deleted; without this option all is kept
+    #[arg(long, value_parser = options::size, value_name = "SIZE")]
+    log_limit: Option<u64>,
     /// Print the reports as JSON
     #[arg(long)]
     json: bool,
@@ -132,6 +137,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         place,
         realtime: realtime(arguments)?,
         log: arguments.log.clone().unwrap_or_default(),
+        log_limit: log_limit(arguments, &robot)?,
     };
     let mut reports = Vec::new();
     for number in 1..=arguments.repeat {
@@ -231,6 +237,17 @@ fn place(arguments: &Arguments) -> Place {
     }
 }
 
+fn log_limit(arguments: &Arguments, robot: &Robot) -> anyhow::Result<SizeLimit> {
+    let Some(bytes) = arguments.log_limit else { return Ok(SizeLimit::Unlimited) };
+    ensure!(arguments.log != Some(LogChoice::None), "--log-limit: expected a log, --log none writes none");
+    let period = robot.description.period.duration();
+    let least = NewestBytes::least(period);
+    let limit = NewestBytes::new(bytes, period);
+    limit.map(SizeLimit::Newest).with_context(|| {
+        format!("--log-limit: {bytes} bytes, expected at least {least}, eight parts of 4 s with a period of {period:?}")
+    })
+}
+
 fn realtime(arguments: &Arguments) -> anyhow::Result<Realtime> {
     let default = if arguments.can.is_some() { RealtimePolicy::Enforce } else { RealtimePolicy::Prefer };
     Realtime::new(arguments.rt.unwrap_or(default), arguments.priority, arguments.cpu)
@@ -278,6 +295,7 @@ mod tests {
             bus: BusReport { time_per_cycle_us: 695.0, load: 0.23 },
             page_faults: None,
             log: None,
+            log_parts: None,
             records_dropped: 0,
             losses: Vec::new(),
         }

@@ -3,19 +3,20 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::time::{Clock, Instant};
 
 use uarm_log::description::{ClockKind, LogHeader, MachineDescription, RunDescription};
+use uarm_log::parts::{LogParts, SizeLimit};
 use uarm_log::time_axis::TimeAxis;
 use uarm_log::writer::LogWriter;
-use uarm_loop::recording::{self, FrameRecorder, FullQueue, Leftovers, LoopRecorder, Recording, RunEnd};
+use uarm_loop::recording::{self, FrameRecorder, FullQueue, Leftovers, LoopRecorder, Recording, RunEnd, Sink};
 use uarm_loop::settings::Settings;
 
 use super::place::Place;
 use crate::dimensions::{ACTIVE, JOINTS};
-use crate::log_files::LogChoice;
+use crate::log_files::{LogChoice, LogPartFiles, PartCount, WrittenParts};
 use crate::report::RunReport;
 use crate::robot::Robot;
 
@@ -57,12 +58,15 @@ pub struct LoopSide {
 /// The recording of a run, if one was asked for.
 pub struct RunRecording {
     log: Option<PathBuf>,
+    parts: WrittenParts,
     ends: Option<(LoopSide, Writer)>,
 }
 
-/// What a recording lost.
+/// What a recording came to.
 #[derive(Debug, Default)]
-pub struct Losses {
+pub struct Recorded {
+    /// The parts of its log, if there are several.
+    pub parts: Option<PartCount>,
     /// Records that found no room.
     pub dropped: u64,
     /// In words, these and others.
@@ -74,24 +78,30 @@ impl RunRecording {
     ///
     /// # Errors
     /// If the file cannot be opened.
-    pub fn start(choice: &LogChoice, content: &LogContent<'_>, repetition: Repetition) -> anyhow::Result<Self> {
+    pub fn start(
+        choice: &LogChoice,
+        limit: SizeLimit,
+        content: &LogContent<'_>,
+        repetition: Repetition,
+    ) -> anyhow::Result<Self> {
+        let parts = WrittenParts::default();
         let choice = match choice {
             LogChoice::File(path) => LogChoice::File(repetition.file(path)),
             choice => choice.clone(),
         };
         let Some((path, output)) = choice.create(content.settings.law.name())? else {
-            return Ok(Self { log: None, ends: None });
+            return Ok(Self { log: None, parts, ends: None });
         };
-        let log = content.writer(output, &path).with_context(|| format!("the log {}", path.display()))?;
+        let log = content.sink(output, &path, limit, &parts).with_context(|| format!("the log {}", path.display()))?;
         let full_queue = match content.place.clock() {
             ClockKind::Virtual => FullQueue::Wait,
             ClockKind::Monotonic => FullQueue::Keep,
         };
         let period = content.robot.description.period.duration();
         let Recording { loop_recorder, frame_recorder, writer } =
-            recording::start(vec![Box::new(log)], full_queue, period).context("the writer thread")?;
+            recording::start(vec![log], full_queue, period).context("the writer thread")?;
         let loop_side = LoopSide { cycles: loop_recorder, frames: frame_recorder };
-        Ok(Self { log: Some(path), ends: Some((loop_side, writer)) })
+        Ok(Self { log: Some(path), parts, ends: Some((loop_side, writer)) })
     }
 
     /// The file, if there is one.
@@ -108,8 +118,8 @@ impl RunRecording {
     }
 
     /// Waits until all is written that can be.
-    pub fn finish(self, end: &End<'_>) -> Losses {
-        let Some((LoopSide { cycles, frames }, writer)) = self.ends else { return Losses::default() };
+    pub fn finish(self, end: &End<'_>) -> Recorded {
+        let Some((LoopSide { cycles, frames }, writer)) = self.ends else { return Recorded::default() };
         let leftovers = Leftovers::of(cycles, frames);
         let dropped = writer.dropped();
         let end = end.record(&leftovers, dropped);
@@ -117,7 +127,8 @@ impl RunRecording {
         if dropped > 0 {
             texts.push(format!("{dropped} records found no room in queue and ring: the disk is too slow"));
         }
-        Losses { dropped, texts }
+        let parts = Some(self.parts.count()).filter(|parts| parts.written > 1);
+        Recorded { parts, dropped, texts }
     }
 }
 
@@ -164,7 +175,14 @@ pub struct LogContent<'a> {
 }
 
 impl LogContent<'_> {
-    fn writer(&self, output: File, path: &Path) -> anyhow::Result<LogWriter<File, JOINTS>> {
+    /// Pipes and devices take all of it; files are parts of the size that `limit` asks for.
+    fn sink(
+        &self,
+        output: File,
+        path: &Path,
+        limit: SizeLimit,
+        parts: &WrittenParts,
+    ) -> anyhow::Result<Box<dyn Sink<JOINTS, ACTIVE>>> {
         let Self { robot, settings, place, machine, announcement } = self;
         let (axis, start) = match place.clock() {
             ClockKind::Virtual => (TimeAxis::simulated(), Instant::default()),
@@ -182,6 +200,14 @@ impl LogContent<'_> {
             start,
             preamble: announcement,
         };
-        Ok(LogWriter::new(output, &header)?)
+        if output.metadata()?.is_file() {
+            let behind = LogPartFiles::behind(path, &output, parts.clone())?;
+            return Ok(Box::new(LogParts::new(output, behind, limit, &header)?));
+        }
+        ensure!(
+            limit == SizeLimit::Unlimited,
+            "it is no file, and what it was given cannot be deleted: expected a file with --log-limit"
+        );
+        Ok(Box::new(LogWriter::new(output, &header)?))
     }
 }

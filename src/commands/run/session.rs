@@ -6,6 +6,7 @@ use std::path::Path;
 use std::thread;
 
 use uarm_log::description::ClockKind;
+use uarm_log::parts::SizeLimit;
 use uarm_loop::control_loop::LoopEnd;
 use uarm_loop::run::Observer;
 use uarm_loop::settings::Settings;
@@ -15,7 +16,7 @@ use super::learned::reasons;
 use super::loop_thread::{Finished, LoopThread};
 use super::place::Place;
 use super::realtime::Realtime;
-use super::recording::{End, LogContent, Losses, Repetition, RunRecording};
+use super::recording::{End, LogContent, Recorded, Repetition, RunRecording};
 use super::watch::show_progress;
 use crate::dimensions::Progress;
 use crate::error_text::with_causes;
@@ -34,6 +35,8 @@ pub struct Session {
     pub realtime: Realtime,
     /// Where they are recorded.
     pub log: LogChoice,
+    /// How much of that is kept.
+    pub log_limit: SizeLimit,
 }
 
 impl Session {
@@ -82,7 +85,7 @@ impl Session {
             machine: &self.realtime.machine(),
             announcement: &announcement,
         };
-        let mut recording = RunRecording::start(&self.log, &content, repetition)?;
+        let mut recording = RunRecording::start(&self.log, self.log_limit, &content, repetition)?;
         let progress = Progress::default();
         let finished = thread::scope(|scope| {
             let (loop_side, log) = recording.for_the_loop();
@@ -107,7 +110,8 @@ impl Session {
         match finished.unwrap_or_else(|error: std::io::Error| Ok(Err(error.into()))) {
             Ok(Ok(finished)) => {
                 let mut report = self.report(robot, &finished, recording.log());
-                let Losses { dropped, texts } = recording.finish(&End::Reported(&report));
+                let Recorded { parts, dropped, texts } = recording.finish(&End::Reported(&report));
+                report.log_parts = parts;
                 report.records_dropped = dropped;
                 report.losses = texts;
                 Ok(report)

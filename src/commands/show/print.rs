@@ -15,6 +15,9 @@ pub fn print(summary: &Summary, output: &mut impl Write) -> io::Result<()> {
         print_fault(fault, output)?;
     }
     summary.report.print(output)?;
+    if !summary.part.is_all() {
+        writeln!(output, "  part               {}: figures are of this part alone", summary.part)?;
+    }
     for disagreement in &summary.disagreements {
         let (figure, recorded) = (&disagreement.figure, &disagreement.recorded);
         writeln!(output, "  DIFFERS            {figure}: the run recorded {recorded}, its cycles in the log give")?;

@@ -8,6 +8,7 @@ use uarm_log::decoder::LoggedNote;
 use uarm_log::description::Fields;
 use uarm_log::drives::LoggedDrive;
 use uarm_log::proto;
+use uarm_log::reader::Part;
 use uarm_log::time_axis::seconds_between;
 use uarm_loop::choice::Choice;
 use uarm_loop::fault_code::FaultCode;
@@ -24,6 +25,8 @@ pub struct Summary {
     pub fault: Option<FlightRecord>,
     /// The run's report, recomputed from the cycles in the log. What is missing or damaged stands among its losses.
     pub report: RunReport,
+    /// Which part of the run the log is.
+    pub part: Part,
     /// Figures that the run itself recorded otherwise.
     pub disagreements: Vec<Disagreement>,
     /// What is in the log.
@@ -103,7 +106,8 @@ impl Summary {
         let report = report(log, robot);
         Self {
             fault: log.fault.as_ref().map(|fault| flight_record(log, fault, begin)),
-            disagreements: disagreements(log, &report),
+            part: log.part.clone(),
+            disagreements: if log.part.is_all() { disagreements(log, &report) } else { Vec::new() },
             contents: contents(log, begin),
             machine: log.machine.clone(),
             drives: log.drives.clone(),
@@ -137,11 +141,15 @@ fn report(log: &RunLog, robot: &Robot) -> RunReport {
         report.losses.push(format!("{} records were dropped: the disk was too slow", report.records_dropped));
     }
     let logged = u64::try_from(log.cycles.len()).unwrap_or(u64::MAX);
-    let ran = number(log, "cycles").unwrap_or(logged);
+    // The last part tells the cycles of all.
+    let ran = number(log, "cycles").filter(|_| log.part.is_all()).unwrap_or(logged);
     if ran > logged {
         report.losses.push(format!("{} of {ran} cycles are not in the log", ran - logged));
     }
     let begins_late = log.cycles.first().is_some_and(|record| record.tick > 0);
+    if !log.part.is_all() {
+        report.is_part_of_a_run();
+    }
     if ran > logged || log.gaps() > 0 || begins_late {
         report.cycles_are_missing();
     }
@@ -154,7 +162,10 @@ fn report(log: &RunLog, robot: &Robot) -> RunReport {
 
 fn ending(log: &RunLog) -> Ending {
     let recorded = |name: &str| log.end.as_ref().and_then(|end| end.get(name)).filter(|text| !text.is_empty());
-    let text = recorded("end").cloned().unwrap_or_else(|| "no end is recorded".to_owned());
+    let text = recorded("end").cloned().unwrap_or_else(|| match &log.part.next {
+        Some(next) => format!("goes on in {next}"),
+        None => "no end is recorded".to_owned(),
+    });
     let fault = log.fault.as_ref().map(|fault| fault.cause.clone()).or_else(|| recorded("fault").cloned());
     let fault_code = recorded(FAULT_CODE).and_then(|name| FaultCode::from_name(name));
     Ending { completed: text == COMPLETED, text, fault, fault_code }

@@ -142,7 +142,7 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
                 self.position = Position::After(None);
                 return Ok(());
             }
-            Start::Beginning => self.source.keyframes.iter().find(|(after, _)| after.is_none()),
+            Start::Beginning => self.source.keyframes.iter().find(|(after, _)| self.is_before_all_cycles(*after)),
             Start::KeyframeBefore(time) => {
                 let before = |(after, keyframe): &&(Option<u64>, Keyframe<J, N>)| {
                     after.is_none() || keyframe.task_clock.time < time
@@ -157,6 +157,11 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
         }
         self.outcome.from = self.path.task_clock.freeze().time;
         Ok(())
+    }
+
+    /// Whether a keyframe is that of the beginning: of the run, or of a later part of it.
+    fn is_before_all_cycles(&self, after: Option<u64>) -> bool {
+        after.is_none_or(|after| self.source.records.first().is_some_and(|first| after < first.tick))
     }
 
     fn thaw(&mut self, after: Option<u64>, keyframe: &Keyframe<J, N>) -> Result<(), ReplayError> {

@@ -3,5 +3,6 @@
 mod bus_cycles;
 mod exact;
 mod log_file;
+mod log_parts;
 mod support;
 mod what_if;

@@ -173,15 +173,10 @@ impl<const J: usize, const N: usize> Work<J, N> {
         }
     }
 
-    /// Takes what the queues hold, each cycle after its frames: in virtual time the order is the same in each run.
+    /// Takes what the queues hold in the order of its instants: a cycle behind its frames, a keyframe behind its cycle and before all
+    /// that follows. In virtual time the order is the same in each run.
     fn drain(&mut self) {
-        while let Ok(cycle) = self.queues.cycles.pop() {
-            let done = cycle.instants.done;
-            self.drain_frames(done);
-            // Those of the cycle's own end may not be in the queue yet.
-            self.drain_periodic(done, Border::Excluded);
-            self.outputs.take(Entry::Cycle(&cycle));
-        }
+        self.drain_cycles();
         match self.full_queue {
             FullQueue::Keep => self.drain_all(),
             // The loop would wait for ever for room in a queue that is only emptied up to the last cycle.
@@ -191,25 +186,52 @@ impl<const J: usize, const N: usize> Work<J, N> {
         self.outputs.take(Entry::Pause);
     }
 
-    fn drain_all(&mut self) {
-        let end = Instant::from_nanoseconds(u64::MAX);
-        self.drain_frames(end);
-        self.drain_periodic(end, Border::Included);
+    fn drain_cycles(&mut self) {
+        while let Ok(cycle) = self.queues.cycles.pop() {
+            // All of it was pushed before the cycle.
+            while let Some(part) = self.next_part(cycle.instants.done) {
+                self.take_part(part);
+            }
+            self.outputs.take(Entry::Cycle(&cycle));
+        }
     }
 
-    fn drain_frames(&mut self, until: Instant) {
-        while self.queues.frames.peek().is_ok_and(|frame| frame.at <= until) {
-            if let Ok(frame) = self.queues.frames.pop() {
-                self.outputs.take(Entry::Frame(&frame));
+    /// What no cycle follows yet as well.
+    fn drain_all(&mut self) {
+        while let Some(part) = self.next_part(Instant::from_nanoseconds(u64::MAX)) {
+            // Looked for after the part: a cycle that was pushed before it is seen now.
+            if self.queues.cycles.is_empty() {
+                self.take_part(part);
+            } else {
+                self.drain_cycles();
             }
         }
     }
 
-    fn drain_periodic(&mut self, until: Instant, border: Border) {
-        let due = |at: Instant| at < until || (border == Border::Included && at == until);
-        while self.queues.periodic.peek().is_ok_and(|record| due(record.at())) {
-            if let Ok(record) = self.queues.periodic.pop() {
-                self.outputs.take(Entry::Periodic(&record, self.dropped.count()));
+    /// Where the next record but cycles is: of the frames until then and the others before then, the earliest.
+    fn next_part(&self, until: Instant) -> Option<Part> {
+        // A frame that is seen first: what was pushed before it is seen now.
+        let frame = self.queues.frames.peek().ok().map(|frame| frame.at).filter(|at| *at <= until);
+        let periodic = self.queues.periodic.peek().ok().map(PeriodicRecord::at).filter(|at| *at < until);
+        match (frame, periodic) {
+            (None, None) => None,
+            (Some(frame), Some(periodic)) if periodic < frame => Some(Part::Periodic),
+            (Some(_), _) => Some(Part::Frame),
+            (None, Some(_)) => Some(Part::Periodic),
+        }
+    }
+
+    fn take_part(&mut self, part: Part) {
+        match part {
+            Part::Frame => {
+                if let Ok(frame) = self.queues.frames.pop() {
+                    self.outputs.take(Entry::Frame(&frame));
+                }
+            }
+            Part::Periodic => {
+                if let Ok(record) = self.queues.periodic.pop() {
+                    self.outputs.take(Entry::Periodic(&record, self.dropped.count()));
+                }
             }
         }
     }
@@ -239,9 +261,9 @@ impl<const J: usize, const N: usize> Work<J, N> {
     }
 }
 
-/// Whether an instant itself still belongs to what is before it.
+/// A record that is none of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Border {
-    Included,
-    Excluded,
+enum Part {
+    Frame,
+    Periodic,
 }

@@ -7,6 +7,7 @@ mod fake_path;
 mod guard;
 mod indices;
 mod keyframe;
+mod recording;
 mod records;
 mod schedule;
 mod signal_path;
