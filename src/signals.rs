@@ -1,15 +1,18 @@
 //! Signals that ask a run to end; it then brakes and reports as it does at any other end.
 
-use std::io;
+use std::io::{self, Read};
+use std::os::unix::net::UnixStream;
+use std::thread;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+use signal_hook::low_level::pipe;
 use uarm_loop::stop_request::StopRequest;
 
 /// Ctrl-C, `kill`, and Ctrl-\, which would otherwise leave the last torque standing until the drives' own watchdogs act.
 const ENDING: [i32; 3] = [SIGINT, SIGTERM, SIGQUIT];
 
 /// A request that SIGINT, SIGTERM and SIGQUIT make; SIGHUP too, which a closed terminal sends, unless this process was started
-/// with SIGHUP ignored, as `nohup` does.
+/// with SIGHUP ignored, as `nohup` does. The handler makes the first itself; a thread counts them, since two in one cycle are two.
 ///
 /// # Errors
 /// If the handlers cannot be installed.
@@ -17,9 +20,19 @@ pub fn stop_request() -> io::Result<StopRequest> {
     let request = StopRequest::default();
     let status = std::fs::read_to_string("/proc/self/status")?;
     let hang_up = (!is_ignored(&status, SIGHUP)).then_some(SIGHUP);
+    let (mut signals, from_handlers) = UnixStream::pair()?;
     for signal in ENDING.into_iter().chain(hang_up) {
         signal_hook::flag::register(signal, request.flag())?;
+        pipe::register(signal, from_handlers.try_clone()?)?;
     }
+    let counted = request.clone();
+    thread::Builder::new().name("signals".to_owned()).spawn(move || {
+        let mut signal = [0];
+        // A byte for each; the handlers' end is never closed.
+        while signals.read_exact(&mut signal).is_ok() {
+            counted.make();
+        }
+    })?;
     Ok(request)
 }
 
@@ -34,6 +47,17 @@ fn is_ignored(status: &str, signal: i32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn two_signals_one_after_the_other_are_two_requests() {
+        let request = stop_request().unwrap();
+        signal_hook::low_level::raise(SIGINT).unwrap();
+        assert!(request.is_made(), "the handler has set it");
+        signal_hook::low_level::raise(SIGINT).unwrap();
+        while request.count() < 2 {
+            thread::yield_now();
+        }
+    }
 
     #[test]
     fn the_mask_of_ignored_signals_is_read() {

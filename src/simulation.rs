@@ -1,8 +1,9 @@
 //! A run on a simulated robot in virtual time: what `uarm run --virtual-time` does, in this process, without a log.
 
 use anyhow::Context;
+use hinf_control::{AdaptationGuard, Disturbance, Law};
 use uarm_loop::control_loop::LoopEnd;
-use uarm_loop::record::Recorder;
+use uarm_loop::record::{NoRecorder, Recorder};
 use uarm_loop::run::Observer;
 use uarm_loop::settings::Settings;
 use uarm_loop::stop_request::StopRequest;
@@ -11,7 +12,7 @@ use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 use crate::dimensions::{ACTIVE, JOINTS, Outcome, Progress};
 use crate::drives::{ToDrives, run_on};
 use crate::robot::Robot;
-use crate::simulated_robot::{SimulatedPlant, simulated};
+use crate::simulated_robot::{PlantChoice, SimulatedPlant, simulated};
 
 /// How a simulated run ended.
 #[derive(Debug)]
@@ -47,6 +48,16 @@ pub fn simulate<R: Recorder<JOINTS, ACTIVE>>(
     Ok((end, finished.recorder))
 }
 
+/// The task of `robot` on the simulated robot with the imperfections of its file, without fault.
+///
+/// # Errors
+/// If it cannot be begun.
+pub fn rehearse(robot: &Robot, law: Law, disturbance: Disturbance) -> anyhow::Result<SimulatedEnd> {
+    let plant = SimulatedPlant::new(robot, PlantChoice::Uarm, disturbance)?;
+    let settings = Settings { guard: AdaptationGuard::Bounded, ..Settings::paper(law) };
+    Ok(simulate(robot, &settings, plant, NoRecorder)?.0)
+}
+
 impl SimulatedEnd {
     /// What came of a run that completed.
     ///
@@ -64,13 +75,12 @@ impl SimulatedEnd {
 mod tests {
     use std::path::Path;
 
-    use hinf_control::{BaseAcceleration, Disturbance, Law};
+    use hinf_control::BaseAcceleration;
 
     use super::*;
     use crate::dimensions::CycleRecord;
     use crate::robot::BUILT_IN;
     use crate::robot::overrides::Overrides;
-    use crate::simulated_robot::PlantChoice;
 
     /// The paper's experiment with controller 1 on the imperfect UARM, whose joints in `reversed` have their drives the other
     /// way round.

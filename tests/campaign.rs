@@ -51,9 +51,13 @@ fn parts_run_on_any_number_of_threads_merge_to_the_bytes_of_the_whole() {
 
     let incomplete = uarm(&folder, &["campaign", "merge", "1.jsonl", "3.jsonl"]);
     assert_eq!(incomplete.status.code(), Some(1));
-    assert!(text(&incomplete).contains("experiment 2 stands in the files 0 times"), "{}", text(&incomplete));
+    assert!(text(&incomplete).contains("experiment 2 stands in no file"), "{}", text(&incomplete));
     let foreign = uarm(&folder, &["campaign", "merge", "1.jsonl", "seven.jsonl"]);
-    assert!(text(&foreign).contains("seven.jsonl: of "), "{}", text(&foreign));
+    assert!(
+        text(&foreign).contains("seven.jsonl: line 1: first_seed = 7: expected 1, as in 1.jsonl"),
+        "{}",
+        text(&foreign)
+    );
     let replaced = uarm(&folder, &["campaign", "--seeds", "1", "--output", "whole.jsonl"]);
     assert!(text(&replaced).contains("--force"), "{}", text(&replaced));
 }
@@ -79,6 +83,27 @@ fn a_fault_that_the_robot_file_forbids_to_be_answered_fails_the_campaign() {
     assert_eq!(output.status.code(), Some(1), "{}", text(&output));
     let told = text(&output);
     assert!(told.contains("emergency") && told.contains(": uarm campaign --first"), "{told}");
+}
+
+/// With this limit the laws' own errors end the run.
+#[test]
+fn a_robot_that_cannot_do_its_task_is_told_so_before_any_fault() {
+    let folder = folder("unable");
+    let robot = uarm::robot::BUILT_IN.replacen("tracking_error_limit_deg = 30.0", "tracking_error_limit_deg = 0.5", 1);
+    std::fs::write(folder.join("robot.toml"), robot).unwrap();
+    let campaign = uarm(&folder, &["campaign", "--robot", "robot.toml", "--seeds", "1"]);
+    assert_eq!(campaign.status.code(), Some(1));
+    let told = text(&campaign);
+    assert!(told.contains("cannot do its task, even without a fault") && told.contains("tracking error"), "{told}");
+    let check = uarm(&folder, &["check", "--robot", "robot.toml"]);
+    assert_eq!(check.status.code(), Some(1));
+    assert!(text(&check).contains("STOPPED: joint 2 at "), "{}", text(&check));
+}
+
+#[test]
+fn a_part_without_a_seed_says_that_nothing_was_tried() {
+    let told = succeeds(&folder("empty"), &["campaign", "--seeds", "1", "--shard", "2/2"]);
+    assert!(told.contains("nothing was tried") && !told.contains("as it must be"), "{told}");
 }
 
 #[test]

@@ -31,7 +31,7 @@ impl Header for CampaignHeader {
     }
 }
 
-impl Numbered for Trial {
+impl Numbered<CampaignHeader> for Trial {
     fn number(&self) -> u64 {
         self.seed
     }

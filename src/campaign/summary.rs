@@ -69,6 +69,7 @@ impl Summary {
             writeln!(output, "  again, with the same robot file: uarm campaign --first {seed} --seeds 1")?;
         }
         match self.failed.len() {
+            _ if self.trials == 0 => writeln!(output, "no seed is in this part: nothing was tried"),
             0 => writeln!(output, "everything was as it must be"),
             failed => writeln!(output, "{failed} of {} trials failed", self.trials),
         }

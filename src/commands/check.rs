@@ -5,11 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
+use hinf_control::{Disturbance, Law};
 use serde::Serialize;
 
 use crate::dimensions::ACTIVE;
+use crate::error_text::with_causes;
+use crate::exit::Exit;
 use crate::robot::overrides::Overrides;
 use crate::robot::{self, Robot, demand};
+use crate::simulation::{SimulatedEnd, rehearse};
 use crate::{console, options};
 
 /// Arguments of `uarm check`.
@@ -21,7 +25,8 @@ Examples:
 
 What `uarm run` refuses before it opens an interface is refused here, with the same words: fields, postures, velocity and
 torque of the task, bus time, heartbeats. What only the drives know (`uarm run --can` compares it at start) is not.
-Torques are those of the nominal model on a base without momentum; friction and disturbances come on top.")]
+Torques are those of the nominal model on a base without momentum; friction and disturbances come on top. At last the
+simulated robot does the task with controller 1, in virtual time: exit code 1 if a limit ends it, the base's too.")]
 pub struct Arguments {
     /// The robot file; without it the paper's UARM
     #[arg(long, value_name = "FILE")]
@@ -74,6 +79,8 @@ struct Check {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     profiles: Vec<String>,
     bus: BusCheck,
+    /// What ends the task on the simulated robot, controller 1, without disturbance; nothing if it is completed.
+    stopped_by: Option<String>,
 }
 
 /// Checks a robot file and prints the margins.
@@ -83,13 +90,18 @@ struct Check {
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let overrides = Overrides { period: arguments.period, ..Overrides::default() };
     let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
-    let check = check(arguments.robot.as_deref(), &robot);
+    let mut check = check(arguments.robot.as_deref(), &robot);
+    let stopped_by = match rehearse(&robot, Law::Nonlinear, Disturbance::None)? {
+        SimulatedEnd::Completed(_) => None,
+        SimulatedEnd::Failed(cause) => Some(with_causes(&cause)),
+    };
+    check.stopped_by = stopped_by;
     if arguments.json {
         console::print_json(&check)?;
     } else {
         print(&mut console::output(), &check)?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(if check.stopped_by.is_none() { Exit::Ok } else { Exit::Failure }.into())
 }
 
 fn check(file: Option<&Path>, robot: &Robot) -> Check {
@@ -129,6 +141,7 @@ fn check(file: Option<&Path>, robot: &Robot) -> Check {
             drive_heartbeat_ms: milliseconds(bus.drive_heartbeat),
             drive_timeout_ms: milliseconds(bus.drive_timeout),
         },
+        stopped_by: None,
     }
 }
 
@@ -156,5 +169,9 @@ fn print(output: &mut impl Write, check: &Check) -> std::io::Result<()> {
         "  heartbeats: controller every {:.0} ms, drives brake after {:.0} ms; drives every {:.0} ms, the run ends after {:.0} ms",
         bus.controller_heartbeat_ms, bus.controller_timeout_ms, bus.drive_heartbeat_ms, bus.drive_timeout_ms
     )?;
-    writeln!(output, "  the task is within the limits of its joints")
+    writeln!(output, "  the task is within the limits of its joints")?;
+    match &check.stopped_by {
+        None => writeln!(output, "  simulated, with base and friction of the file: completed"),
+        Some(cause) => writeln!(output, "  simulated, with base and friction of the file: STOPPED: {cause}"),
+    }
 }

@@ -15,7 +15,7 @@ pub enum RobotError {
         source: std::io::Error,
     },
     /// It is no TOML, or a field is unknown, missing or of another type.
-    #[error("{}: {source}", file.display())]
+    #[error("{}: {}", file.display(), in_words(&source.to_string()))]
     Syntax {
         /// The file.
         file: PathBuf,
@@ -34,6 +34,27 @@ pub enum RobotError {
         /// What it may be.
         expected: String,
     },
+}
+
+/// The ranges of the types that numbers of a robot file have.
+const RANGES: [(&str, &str); 8] = [
+    ("expected u8", "expected a whole number from 0 to 255"),
+    ("expected u16", "expected a whole number from 0 to 65535"),
+    ("expected u32", "expected a whole number from 0 to 4294967295"),
+    ("expected i8", "expected a whole number from -128 to 127"),
+    ("expected i16", "expected a whole number from -32768 to 32767"),
+    ("expected i32", "expected a whole number from -2147483648 to 2147483647"),
+    ("expected i64", "expected a whole number"),
+    ("expected f64", "expected a number"),
+];
+
+/// A message of the parser without the names of types of this program.
+fn in_words(message: &str) -> String {
+    let lines = message.lines().map(|line| {
+        let range = RANGES.iter().find(|(name, _)| line.ends_with(name));
+        range.map_or_else(|| line.to_owned(), |(name, words)| line.replace(name, words))
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// A number with hundreds of digits as `1e300`, any other long value cut.
@@ -102,6 +123,33 @@ impl<'a> Checker<'a> {
             Ok(value)
         } else {
             Err(self.refuse(field, value, "a finite number, 0 or above"))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::robot::overrides::Overrides;
+    use crate::robot::{BUILT_IN, Robot};
+    use std::path::Path;
+
+    #[test]
+    fn a_number_outside_its_type_is_told_the_range() {
+        for (from, to, expected) in [
+            ("node = 2\n", "node = 300\n", "expected a whole number from 0 to 255"),
+            ("counter_bits = 32", "counter_bits = -1", "expected a whole number from 0 to 255"),
+            (
+                "controller_heartbeat_ms = 10",
+                "controller_heartbeat_ms = 70000",
+                "expected a whole number from 0 to 65535",
+            ),
+            ("period_us = 3000", "period_us = -3000", "expected a whole number from 0 to 4294967295"),
+            ("attenuation_level = 2.0", "attenuation_level = \"two\"", "expected a number"),
+        ] {
+            let text = BUILT_IN.replacen(from, to, 1);
+            assert_ne!(text, BUILT_IN, "{from}");
+            let error = Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).unwrap_err().to_string();
+            assert!(error.trim_end().ends_with(expected), "{error}");
         }
     }
 }

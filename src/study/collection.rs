@@ -17,10 +17,15 @@ pub trait Header: Debug + PartialEq + Serialize + DeserializeOwned {
     fn numbers(&self) -> RangeInclusive<u64>;
 }
 
-/// The result of one experiment.
-pub trait Numbered: Serialize + DeserializeOwned {
+/// The result of one experiment of a whole with the header `H`.
+pub trait Numbered<H>: Serialize + DeserializeOwned {
     /// Its number.
     fn number(&self) -> u64;
+
+    /// Why it cannot be of a whole with this header; nothing if it can.
+    fn misfit(&self, _header: &H) -> Option<String> {
+        None
+    }
 }
 
 /// Results, or a part of them, by number.
@@ -60,22 +65,36 @@ pub enum CollectionError {
         file: String,
     },
     /// It belongs to others.
-    #[error("{file}: of {found}, expected {expected} as the first file")]
+    #[error("{file}: line 1: {field} = {found}: expected {expected}, as in {first}")]
     Other {
         /// The file.
         file: String,
-        /// Its header.
+        /// The first field in which the headers differ.
+        field: String,
+        /// What stands there.
         found: String,
-        /// The first file's.
+        /// What stands in the first file.
         expected: String,
+        /// The first file.
+        first: String,
+    },
+    /// A result does not fit the header.
+    #[error("{file}: line {line}: {misfit}")]
+    Misfit {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: usize,
+        /// What was found and expected.
+        misfit: String,
     },
     /// An experiment is missing, stands in the files twice, or does not belong to the whole.
-    #[error("experiment {number} stands in the files {count} times, expected once each from {first} to {last}")]
+    #[error("experiment {number} stands in {}, expected once each from {first} to {last}", places(.files))]
     Number {
         /// The experiment.
         number: u64,
-        /// How often.
-        count: usize,
+        /// In which files it stands.
+        files: Vec<String>,
         /// The first of the whole.
         first: u64,
         /// The last of the whole.
@@ -83,10 +102,15 @@ pub enum CollectionError {
     },
 }
 
+/// Files in words.
+fn places(files: &[String]) -> String {
+    if files.is_empty() { "no file".to_owned() } else { files.join(" and ") }
+}
+
 /// The largest file that is read: about four million results.
 const LARGEST_FILE: usize = 1 << 30;
 
-impl<H: Header, R: Numbered> Collection<H, R> {
+impl<H: Header, R: Numbered<H>> Collection<H, R> {
     /// Writes the file.
     ///
     /// # Errors
@@ -118,8 +142,15 @@ impl<H: Header, R: Numbered> Collection<H, R> {
         let mut lines = text.lines().zip(1..);
         let (first, _) = lines.next().ok_or_else(|| CollectionError::Empty { file: file.to_owned() })?;
         let header = serde_json::from_str(first).map_err(wrong(1))?;
-        let results = lines.map(|(text, line)| serde_json::from_str(text).map_err(wrong(line)));
-        Ok(Self { header, results: results.collect::<Result<_, _>>()? })
+        let mut results = Vec::new();
+        for (text, line) in lines {
+            let result: R = serde_json::from_str(text).map_err(wrong(line))?;
+            if let Some(misfit) = result.misfit(&header) {
+                return Err(CollectionError::Misfit { file: file.to_owned(), line, misfit });
+            }
+            results.push(result);
+        }
+        Ok(Self { header, results })
     }
 
     /// The whole of which the files at `paths` are the parts.
@@ -133,34 +164,52 @@ impl<H: Header, R: Numbered> Collection<H, R> {
 
     fn join(parts: Vec<(String, Self)>) -> Result<Self, CollectionError> {
         let mut parts = parts.into_iter();
-        let (_, mut whole) = parts.next().ok_or_else(|| CollectionError::Empty { file: "no file".to_owned() })?;
+        let (first, whole) = parts.next().ok_or_else(|| CollectionError::Empty { file: "no file".to_owned() })?;
+        let Self { header, results } = whole;
+        let from = |file: &str, results: Vec<R>| results.into_iter().map(|result| (file.to_owned(), result)).collect();
+        let mut all: Vec<(String, R)> = from(&first, results);
         for (file, part) in parts {
-            if part.header != whole.header {
-                let (found, expected) = (format!("{:?}", part.header), format!("{:?}", whole.header));
-                return Err(CollectionError::Other { file, found, expected });
+            if part.header != header {
+                return Err(other(&part.header, &header, file, first));
             }
-            whole.results.extend(part.results);
+            all.extend::<Vec<_>>(from(&file, part.results));
         }
-        whole.results.sort_by_key(Numbered::number);
-        whole.check_numbers()?;
-        Ok(whole)
+        all.sort_by_key(|(_, result)| result.number());
+        check_numbers(&header, &all)?;
+        Ok(Self { header, results: all.into_iter().map(|(_, result)| result).collect() })
     }
+}
 
-    fn check_numbers(&self) -> Result<(), CollectionError> {
-        let (first, last) = self.header.numbers().into_inner();
-        let error = |number, count| Err(CollectionError::Number { number, count, first, last });
-        // The next that must come; nothing once the last is there.
-        let mut expected = Some(first).filter(|first| *first <= last);
-        for number in self.results.iter().map(Numbered::number) {
-            match expected {
-                _ if number < first || number > last => return error(number, 1),
-                Some(next) if number == next => expected = (next < last).then(|| next + 1),
-                Some(next) if number > next => return error(next, 0),
-                _ => return error(number, 2),
-            }
+/// The error of a header that is another than the first file's: the first field that differs.
+fn other<H: Header>(found: &H, expected: &H, file: String, first: String) -> CollectionError {
+    let fields = |header: &H| match serde_json::to_value(header) {
+        Ok(serde_json::Value::Object(fields)) => fields,
+        _ => serde_json::Map::new(),
+    };
+    let (found, expected) = (fields(found), fields(expected));
+    let differs = found.iter().find(|(name, value)| expected.get(*name) != Some(value));
+    let (field, found) = differs.map_or_else(Default::default, |(name, value)| (name.clone(), value.to_string()));
+    let expected = expected.get(&field).map(ToString::to_string).unwrap_or_default();
+    CollectionError::Other { file, field, found, expected, first }
+}
+
+/// Refuses sorted results that are not all those of the whole, once each.
+fn check_numbers<H: Header, R: Numbered<H>>(header: &H, all: &[(String, R)]) -> Result<(), CollectionError> {
+    let (first, last) = header.numbers().into_inner();
+    let error = |number: u64| {
+        let files = all.iter().filter(|(_, result)| result.number() == number).map(|(file, _)| file.clone()).collect();
+        Err(CollectionError::Number { number, files, first, last })
+    };
+    // The next that must come; nothing once the last is there.
+    let mut expected = Some(first).filter(|first| *first <= last);
+    for number in all.iter().map(|(_, result)| result.number()) {
+        match expected {
+            Some(next) if number == next => expected = (next < last).then(|| next + 1),
+            Some(next) if number > next && number <= last => return error(next),
+            _ => return error(number),
         }
-        expected.map_or(Ok(()), |missing| error(missing, 0))
     }
+    expected.map_or(Ok(()), error)
 }
 
 #[cfg(test)]
@@ -195,7 +244,17 @@ mod tests {
         value: f64,
     }
 
-    impl Numbered for Result {
+    impl Numbered<Of> for Result {
+        fn misfit(&self, header: &Of) -> Option<String> {
+            (self.value < 0.0).then(|| format!("value = {}: expected none below 0 of {}", self.value, header.robot))
+        }
+
+        fn number(&self) -> u64 {
+            self.number
+        }
+    }
+
+    impl Numbered<Last> for Result {
         fn number(&self) -> u64 {
             self.number
         }
@@ -209,7 +268,7 @@ mod tests {
     }
 
     fn joined(parts: &[&[u64]]) -> std::result::Result<Results, String> {
-        let parts = parts.iter().map(|numbers| ("part".to_owned(), results(numbers))).collect();
+        let parts = parts.iter().zip(1..).map(|(numbers, part)| (format!("part {part}"), results(numbers))).collect();
         Results::join(parts).map_err(|error| error.to_string())
     }
 
@@ -230,16 +289,15 @@ mod tests {
 
     #[test]
     fn what_is_missing_doubled_or_foreign_is_named() {
-        for (parts, number, count) in [
-            (&[&[1, 3][..], &[4]][..], 2, 0),
-            (&[&[2, 3, 4]], 1, 0),
-            (&[&[1, 2, 3]], 4, 0),
-            (&[&[1, 2], &[2, 3, 4]], 2, 2),
-            (&[&[0, 1, 2, 3, 4]], 0, 1),
-            (&[&[1, 2, 3, 4, 5]], 5, 1),
+        for (parts, number, places) in [
+            (&[&[1, 3][..], &[4]][..], 2, "no file"),
+            (&[&[2, 3, 4]], 1, "no file"),
+            (&[&[1, 2, 3]], 4, "no file"),
+            (&[&[1, 2], &[2, 3, 4]], 2, "part 1 and part 2"),
+            (&[&[0, 1, 2, 3, 4]], 0, "part 1"),
+            (&[&[1, 2, 3, 4, 5]], 5, "part 1"),
         ] {
-            let expected =
-                format!("experiment {number} stands in the files {count} times, expected once each from 1 to 4");
+            let expected = format!("experiment {number} stands in {places}, expected once each from 1 to 4");
             assert_eq!(joined(parts), Err(expected));
         }
     }
@@ -260,16 +318,15 @@ mod tests {
         let mut other = results(&[2, 4]);
         other.header.robot = "another".to_owned();
         let error = Results::join(vec![("a".to_owned(), results(&[1, 3])), ("b".to_owned(), other)]).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "b: of Of { robot: \"another\" }, expected Of { robot: \"UARM\" } as the first file"
-        );
+        assert_eq!(error.to_string(), "b: line 1: robot = \"another\": expected \"UARM\", as in a");
     }
 
     #[test]
     fn a_line_that_is_none_is_named() {
         let error = Results::parse("part.jsonl", "{\"of\":\"1\"}\n").unwrap_err().to_string();
         assert!(error.starts_with("part.jsonl: line 1: missing field"), "{error}");
+        let misfit = Results::parse("part.jsonl", "{\"robot\":\"UARM\"}\n{\"number\":1,\"value\":-1.0}\n").unwrap_err();
+        assert_eq!(misfit.to_string(), "part.jsonl: line 2: value = -1: expected none below 0 of UARM");
         assert!(Results::parse("part.jsonl", "").unwrap_err().to_string().contains("empty"));
     }
 }

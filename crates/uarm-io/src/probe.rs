@@ -13,6 +13,7 @@
 //! ```
 
 mod can;
+mod groups;
 mod kernel;
 mod limits;
 mod machine;
@@ -23,7 +24,7 @@ pub use can::CanWish;
 pub use machine::Machine;
 pub use wakeup::{LatencyBucket, MeasurementError, WakeupReport, measure_wakeups};
 
-use crate::finding::Finding;
+use crate::finding::{Finding, Verdict};
 
 impl Machine {
     /// What a real-time thread needs of kernel, rights, processors and clocks.
@@ -34,12 +35,22 @@ impl Machine {
             limits::locked_memory(self),
             kernel::realtime_share(self),
         ];
+        findings.extend(groups::realtime_share(self));
+        findings.extend(groups::quota(self));
         findings.extend(processors::governor(self));
         findings.push(processors::sleep_states(self));
         findings.extend(processors::isolated(self));
         findings.push(kernel::clock_source(self));
         findings.extend(kernel::timers(self));
         findings
+    }
+
+    /// What no real-time loop may begin with: all that is bad in [`realtime_findings`](Self::realtime_findings), and, for a loop on
+    /// an interface, in [`can_findings`](Self::can_findings).
+    pub fn obstacles(&self, wish: Option<&CanWish>) -> Vec<Finding> {
+        let can = wish.map_or_else(Vec::new, |wish| self.can_findings(wish));
+        let all = self.realtime_findings().into_iter().chain(can);
+        all.filter(|finding| finding.verdict == Verdict::Bad).collect()
     }
 
     /// What the drives' bus needs: CAN in the kernel, the interfaces and how they are set up.

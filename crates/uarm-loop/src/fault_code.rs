@@ -243,7 +243,7 @@ mod tests {
     }
 
     fn violation(quantity: Quantity) -> LimitViolation {
-        LimitViolation { joint: 2, time: 0.0, quantity, found: 2.0, allowed: [0.0, 1.0] }
+        LimitViolation { joint: 2, time: 0.0, quantity, found: 2.0, allowed: [0.0, 1.0], braking: None }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use hinf_control::Reference;
+use uarm_io::time::Duration;
 
 use crate::barrier::{Stopping, Times};
 use crate::dimensions;
@@ -76,9 +77,9 @@ impl Quantity {
 /// A limit was passed, or would be.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "joint {joint} at {time:.3} s: {quantity} is {:.2} deg{unit}, expected {:.2} to {:.2} deg{unit}",
+    "joint {joint} at {time:.3} s: {quantity} is {:.2} deg{unit}, expected {:.2} to {:.2} deg{unit}{}",
     .found.to_degrees(), .allowed[0].to_degrees(), .allowed[1].to_degrees(),
-    unit = .quantity.per_second()
+    Coasting(*.braking), unit = .quantity.per_second()
 )]
 pub struct LimitViolation {
     /// The joint, counted from 1.
@@ -91,6 +92,28 @@ pub struct LimitViolation {
     pub found: f64,
     /// The range allowed, rad or rad/s.
     pub allowed: [f64; 2],
+    /// From what the joint would have to come to rest, where that is the question.
+    pub braking: Option<Braking>,
+}
+
+/// What a joint that is stopped comes to rest from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Braking {
+    /// Its velocity by its last two counts, rad/s.
+    pub velocity: f64,
+    /// From the command to stop until its brake holds.
+    pub brake: Duration,
+}
+
+/// The end of a message, where there is a [`Braking`].
+struct Coasting(Option<Braking>);
+
+impl fmt::Display for Coasting {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(Braking { velocity, brake }) = self.0 else { return Ok(()) };
+        let (velocity, brake) = (velocity.to_degrees(), brake.as_millis());
+        write!(formatter, "; it turns by {velocity:.2} deg/s, and its brake takes {brake} ms (brake_ms)")
+    }
 }
 
 /// The largest velocity of a quintic from rest to rest, times its duration over its travel (paper eq. 47 at half time).
@@ -170,14 +193,14 @@ impl<const J: usize> Guard<J> {
             for direction in [1.0, -1.0] {
                 let reach = stopping.reach(direction * turned, fastest, times);
                 let [angle, velocity] = [angle + direction * reach.distance, direction * reach.velocity];
-                within(index + 1, times.time, Quantity::StoppingAngle, angle, limits.position)?;
-                within(
-                    index + 1,
-                    times.time,
-                    Quantity::StoppingVelocity,
-                    velocity,
-                    [-limits.velocity, limits.velocity],
-                )?;
+                let now = if times.elapsed > 0.0 { turned / times.elapsed } else { 0.0 };
+                let told = |violation| LimitViolation {
+                    braking: Some(Braking { velocity: now, brake: stopping.brake }),
+                    ..violation
+                };
+                let allowed = [-limits.velocity, limits.velocity];
+                within(index + 1, times.time, Quantity::StoppingAngle, angle, limits.position).map_err(told)?;
+                within(index + 1, times.time, Quantity::StoppingVelocity, velocity, allowed).map_err(told)?;
             }
         }
         Ok(())
@@ -187,5 +210,9 @@ impl<const J: usize> Guard<J> {
 fn within(joint: usize, time: f64, quantity: Quantity, found: f64, allowed: [f64; 2]) -> Result<(), LimitViolation> {
     let [least, most] = allowed;
     // Written so that NaN is outside.
-    if found >= least && found <= most { Ok(()) } else { Err(LimitViolation { joint, time, quantity, found, allowed }) }
+    if found >= least && found <= most {
+        Ok(())
+    } else {
+        Err(LimitViolation { joint, time, quantity, found, allowed, braking: None })
+    }
 }

@@ -5,35 +5,28 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 /// Asks a loop to end; it then brakes and reports as it does at any other end. Reading it never waits.
 ///
-/// The flag may be shared with a signal handler: see [`StopRequest::flag`].
+/// A signal handler, which cannot count, sets the [`flag`](StopRequest::flag): that is one request, however often it is set.
 #[derive(Clone, Debug, Default)]
 pub struct StopRequest {
     flag: Arc<AtomicBool>,
-    /// How often the flag was found set.
-    heard: Arc<AtomicU8>,
+    made: Arc<AtomicU8>,
 }
 
 impl StopRequest {
     /// Asks for the end. It cannot be taken back.
     pub fn make(&self) {
-        self.flag.store(true, Ordering::Release);
+        // The closure always has a next value.
+        let _ = self.made.fetch_update(Ordering::AcqRel, Ordering::Acquire, |made| Some(made.saturating_add(1)));
     }
 
     /// Whether somebody has asked for the end.
     pub fn is_made(&self) -> bool {
-        self.flag.load(Ordering::Acquire) || self.heard.load(Ordering::Acquire) > 0
+        self.count() > 0
     }
 
-    /// How often somebody has asked: requests between two looks are one. For whoever ends what is asked to end, and for nobody
-    /// beside it.
+    /// How often somebody has asked; the flag alone counts once, and not beside what was [made](StopRequest::make).
     pub fn count(&self) -> u8 {
-        let heard = self.heard.load(Ordering::Acquire);
-        if !self.flag.swap(false, Ordering::AcqRel) {
-            return heard;
-        }
-        let heard = heard.saturating_add(1);
-        self.heard.store(heard, Ordering::Release);
-        heard
+        self.made.load(Ordering::Acquire).max(u8::from(self.flag.load(Ordering::Acquire)))
     }
 
     /// The flag itself: setting it asks for the end.
@@ -47,13 +40,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_request_counts_once_and_none_is_forgotten() {
+    fn each_request_counts_also_between_two_looks() {
         let request = StopRequest::default();
         assert_eq!((request.is_made(), request.count()), (false, 0));
+        request.make();
+        request.make();
+        assert_eq!((request.is_made(), request.count()), (true, 2));
+        for _ in 0..300 {
+            request.make();
+        }
+        assert_eq!(request.count(), u8::MAX);
+    }
+
+    /// A handler sets the flag at once, and whoever counts signals follows.
+    #[test]
+    fn the_flag_is_the_first_request_and_no_further_one() {
+        let request = StopRequest::default();
         request.flag().store(true, Ordering::Release);
-        assert!(request.is_made());
-        assert_eq!((request.count(), request.count()), (1, 1));
-        assert!(request.is_made(), "it cannot be taken back");
+        assert_eq!((request.is_made(), request.count(), request.count()), (true, 1, 1));
+        request.make();
+        assert_eq!(request.count(), 1);
         request.make();
         assert_eq!(request.count(), 2);
     }

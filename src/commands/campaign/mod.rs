@@ -8,12 +8,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
+use hinf_control::{Disturbance, Law};
 use uarm_loop::robot::Protocol;
 
 use crate::campaign::store::{CampaignHeader, Trials};
 use crate::campaign::trial::Trial;
 use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
+use crate::simulation::rehearse;
 use crate::study::parallel::{all_cores, in_parallel};
 use crate::study::progress::progress_bar;
 use crate::study::shard::Shard;
@@ -96,6 +98,10 @@ fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         robot.description.bus.protocol == Protocol::Canopen,
         "bus: protocol: expected \"canopen\": the faults are those of CiA 402 drives"
     );
+    for law in Law::ALL {
+        let end = rehearse(&robot, law, Disturbance::Paper)?;
+        end.completed(law.name()).context("the robot cannot do its task, even without a fault")?;
+    }
     let header = header(arguments, &robot)?;
     let shard = arguments.shard.unwrap_or(Shard::WHOLE);
     let seeds: Vec<u64> = shard.of(header.seeds).map(|index| header.first_seed + index).collect();

@@ -58,9 +58,14 @@ pub struct Draw {
     pub indices: Vec<Result<Indices, String>>,
 }
 
-impl Numbered for Draw {
+impl Numbered<StudyHeader> for Draw {
     fn number(&self) -> u64 {
         self.draw
+    }
+
+    fn misfit(&self, header: &StudyHeader) -> Option<String> {
+        let (found, expected) = (self.indices.len(), header.controllers.len());
+        (found != expected).then(|| format!("indices: of {found} controllers, expected {expected} as in line 1"))
     }
 }
 

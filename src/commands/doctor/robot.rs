@@ -18,10 +18,16 @@ const LISTENING: Duration = Duration::from_secs(1);
 pub(super) fn findings(robot: &LoopRobot, interface: Option<InterfaceName>) -> Vec<Finding> {
     let mut findings = vec![bus_time(robot)];
     if let Some(interface) = interface {
-        // An interface that cannot be opened is among the findings about CAN already.
-        let heard = SocketCanLink::open(interface, Reception::Everything).ok().map(listen).unwrap_or_default();
-        findings.push(master(&heard));
-        findings.push(nodes(robot, &heard, &interface.to_string()));
+        match SocketCanLink::open(interface, Reception::Everything) {
+            Ok(link) => {
+                let heard = listen(link);
+                findings.push(master(&heard));
+                findings.push(nodes(robot, &heard, &interface.to_string()));
+            }
+            Err(error) => {
+                findings.extend(["other masters", "node ids"].map(|name| not_looked(name, &error.to_string())))
+            }
+        }
     }
     findings
 }
@@ -33,6 +39,15 @@ fn finding(name: &str, found: String, wanted: impl Into<String>) -> Finding {
         wanted: wanted.into(),
         verdict: Verdict::Good,
         how_to_get_it: String::new(),
+    }
+}
+
+/// What nobody could listen for.
+fn not_looked(name: &str, why: &str) -> Finding {
+    Finding {
+        verdict: Verdict::Warning,
+        how_to_get_it: "an interface that can be opened: see CAN above".to_owned(),
+        ..finding(name, format!("not looked for: {why}"), "the bus listened to")
     }
 }
 
@@ -127,6 +142,17 @@ mod tests {
         let one = nodes(&robot, &heard(&[0x702, 0x70A]), "can0");
         assert_eq!((one.verdict, one.found.as_str()), (Verdict::Warning, "heard 2 10"));
         assert!(one.how_to_get_it.contains("whether 1 3 is there"), "{}", one.how_to_get_it);
+    }
+
+    #[test]
+    fn a_bus_that_nobody_could_listen_to_is_not_called_silent() {
+        let robot = Robot::load(None).unwrap().description;
+        let findings = findings(&robot, Some("nosuchcan9".parse().unwrap()));
+        for (finding, name) in findings[1..].iter().zip(["other masters", "node ids"]) {
+            assert_eq!((finding.name.as_str(), finding.verdict), (name, Verdict::Warning));
+            let found = &finding.found;
+            assert!(found.starts_with("not looked for: ") && found.contains("nosuchcan9"), "{found}");
+        }
     }
 
     #[test]

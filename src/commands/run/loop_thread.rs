@@ -5,6 +5,7 @@ use hinf_control::Disturbance;
 use uarm_io::drive::network::{Confirmation, DriveStop, LastDefence, StopReport};
 use uarm_io::link::{Link, ObservedLink};
 use uarm_io::monotonic::MonotonicClock;
+use uarm_io::probe::{CanWish, Machine};
 use uarm_io::socketcan_link::{Reception, SocketCanLink};
 use uarm_io::time::Clock;
 use uarm_loop::control_loop::LoopEnd;
@@ -69,11 +70,15 @@ impl LoopThread<'_> {
             }
             Place::SimulatedRealTime(plant) => {
                 let link = self.simulated_link(*plant, MonotonicClock)?;
+                self.realtime.examine(&Machine::this(), None, self.log.as_ref())?;
                 let _thread = self.realtime.enter(self.log.as_ref())?;
                 self.on(link, MonotonicClock)
             }
             Place::Interface(interface) => {
                 let link = can_link(&self.robot.description, interface)?;
+                let bit_rate = Some(self.robot.description.bus.bit_rate.bits_per_second());
+                let wish = CanWish { interface: Some(link.interface()), bit_rate };
+                self.realtime.examine(&Machine::this(), Some(&wish), self.log.as_ref())?;
                 let _thread = self.realtime.enter(self.log.as_ref())?;
                 self.on(link, MonotonicClock)
             }

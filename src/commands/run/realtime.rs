@@ -1,6 +1,7 @@
 //! How the loop's thread is scheduled, from the command line to the log.
 
-use anyhow::Context;
+use anyhow::{Context, bail};
+use uarm_io::probe::{CanWish, Machine};
 use uarm_io::realtime::{Priority, Processor, RealtimePolicy, RealtimeSettings, RealtimeThread};
 use uarm_log::description::MachineDescription;
 use uarm_loop::choice::Choice;
@@ -35,6 +36,34 @@ impl Realtime {
         }
     }
 
+    /// Looks at what `uarm doctor` calls bad on `machine`, and with a `wish` on the bus: each is told and logged.
+    ///
+    /// # Errors
+    /// If something is bad and all was demanded.
+    pub fn examine<const J: usize, const N: usize>(
+        &self,
+        machine: &Machine,
+        wish: Option<&CanWish>,
+        log: Option<&LogHandle<J, N>>,
+    ) -> anyhow::Result<()> {
+        if self.0.policy == RealtimePolicy::Off {
+            return Ok(());
+        }
+        let obstacles = machine.obstacles(wish);
+        if self.0.policy == RealtimePolicy::Enforce && !obstacles.is_empty() {
+            let list: String = obstacles.iter().map(|finding| format!("\n  {finding}")).collect();
+            bail!("this machine is not ready (--rt prefer would go on; `uarm doctor` tells all):{list}");
+        }
+        for finding in &obstacles {
+            let text = format!("machine: {finding}");
+            console::tell(format_args!("  {text}"));
+            if let Some(log) = log {
+                log.add(Severity::Warning, text);
+            }
+        }
+        Ok(())
+    }
+
     /// Makes the calling thread a real-time thread; tells standard error what is missing, and the log all that was found.
     ///
     /// # Errors
@@ -55,5 +84,33 @@ impl Realtime {
             }
         }
         Ok(thread)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use uarm_io::finding::Verdict;
+
+    use super::*;
+
+    /// A real-time share that lets the loop stand still for 300 ms of each second, and nothing else that is bad but what an empty folder
+    /// lacks.
+    #[test]
+    fn enforce_refuses_what_the_doctor_calls_bad_and_prefer_tells_it() {
+        let folder = std::env::temp_dir().join(format!("uarm-enforce-{}", std::process::id()));
+        std::fs::create_dir_all(folder.join("proc/sys/kernel")).unwrap();
+        std::fs::write(folder.join("proc/sys/kernel/sched_rt_runtime_us"), "700000").unwrap();
+        let machine = Machine::in_folder(&folder);
+        let examine = |policy| {
+            let realtime = Realtime::new(policy, 80, None).unwrap();
+            realtime.examine::<3, 2>(&machine, None, None).map_err(|error| error.to_string())
+        };
+        let refused = examine(RealtimePolicy::Enforce).unwrap_err();
+        for bad in machine.realtime_findings().iter().filter(|finding| finding.verdict == Verdict::Bad) {
+            assert!(refused.contains(&bad.to_string()), "{bad} in {refused}");
+        }
+        assert!(refused.contains("share for real-time threads: found 70 %, wanted at least 90 %"), "{refused}");
+        assert_eq!((examine(RealtimePolicy::Prefer), examine(RealtimePolicy::Off)), (Ok(()), Ok(())));
+        std::fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -12,6 +12,8 @@ const SIZE: [u32; 2] = [1000, 430];
 /// The delays: so many steps of equal length from none to the last, cycles.
 const STEPS: u32 = 20;
 const LAST_DELAY: f64 = 2.0;
+/// Points of a robot: those of the curves, and its own.
+pub const POINTS: u64 = STEPS as u64 + 2;
 /// About so many ticks on the vertical axes.
 const TICKS: usize = 6;
 /// The robots in the order of the command line; from the fifth on they repeat.
@@ -46,19 +48,23 @@ pub struct RobotCurves {
 }
 
 impl RobotCurves {
-    /// The curves of `robot` in the loop of `analysis`.
+    /// The curves of `robot` in the loop of `analysis`. `done` is called after each of the [`POINTS`].
     ///
     /// # Errors
     /// None for the delays of the figure.
-    pub fn of(robot: &Robot, mut analysis: Analysis<'_>) -> Result<Self, DelayError> {
+    pub fn of(robot: &Robot, mut analysis: Analysis<'_>, done: impl Fn()) -> Result<Self, DelayError> {
         let at = |step: u32| {
             let delay = TransportDelay::cycles(LAST_DELAY * f64::from(step) / f64::from(STEPS))?;
-            Ok(Radii::of(&mut analysis.with_delay(delay)))
+            let radii = Radii::of(&mut analysis.with_delay(delay));
+            done();
+            Ok(radii)
         };
         let by_delay = (0..=STEPS).map(at).collect::<Result<_, DelayError>>()?;
         let period = robot.description.period.duration();
         let label = format!("{}: {period:?}, {}", robot.description.name, robot.file.estimator);
-        Ok(Self { label, by_delay, own: Radii::of(&mut analysis) })
+        let own = Radii::of(&mut analysis);
+        done();
+        Ok(Self { label, by_delay, own })
     }
 }
 

@@ -22,6 +22,7 @@ use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::stability::Analysis;
+use crate::study::progress::progress_bar;
 use figure::RobotCurves;
 
 /// Arguments of `uarm stability`.
@@ -129,9 +130,12 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let inputs = arguments.robot.iter().chain(&arguments.beside).map(PathBuf::as_path);
     let outputs = OutputFiles::new(arguments.force, inputs);
     outputs.check(arguments.figure.as_ref().map(FigureFile::path)).context("--figure")?;
+    let beside = arguments.beside.iter().map(|file| arguments.load(Some(file)).context("--beside"));
+    let beside = beside.collect::<anyhow::Result<Vec<_>>>()?;
     let report = report(&robot, arguments)?;
     if let Some(file) = &arguments.figure {
-        let bytes = file.render(&draw(robot, arguments)?).context("--figure")?;
+        let robots: Vec<_> = std::iter::once(robot).chain(beside).collect();
+        let bytes = file.render(&draw(&robots, arguments)?).context("--figure")?;
         outputs.write(file.path(), |output| output.write_all(&bytes)).context("--figure")?;
     }
     if arguments.json {
@@ -142,19 +146,18 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     Ok(if report.task.stable { Exit::Ok } else { Exit::Failure }.into())
 }
 
-fn draw(robot: Robot, arguments: &Arguments) -> anyhow::Result<Sheet> {
-    let mut robots = vec![robot];
-    for file in &arguments.beside {
-        robots.push(arguments.load(Some(file)).context("--beside")?);
-    }
+fn draw(robots: &[Robot], arguments: &Arguments) -> anyhow::Result<Sheet> {
     let law = arguments.controller;
+    let bar = progress_bar(robots.len() as u64 * figure::POINTS, "points");
     let curves = robots.iter().map(|robot| {
         let analysis = Analysis::new(robot, law, arguments.delay).with_context(|| robot.description.name.clone())?;
-        Ok(RobotCurves::of(robot, analysis)?)
+        Ok(RobotCurves::of(robot, analysis, || bar.inc(1))?)
     });
+    let curves = curves.collect::<anyhow::Result<Vec<_>>>()?;
+    bar.finish_and_clear();
     let mode = arguments.base_acceleration.map(|mode| format!(", base acceleration {}", mode.name()));
     let note = format!("Frozen loop at rest, controller {}{}", law.name(), mode.unwrap_or_default());
-    Ok(figure::sheet(&curves.collect::<anyhow::Result<Vec<_>>>()?, note))
+    Ok(figure::sheet(&curves, note))
 }
 
 fn report(robot: &Robot, arguments: &Arguments) -> anyhow::Result<Report> {

@@ -45,24 +45,32 @@ fn preemption(machine: &Machine, version: &str) -> String {
 
 /// The share of time that real-time threads may take: beyond it the kernel stops them for the rest of a period.
 pub(super) fn realtime_share(machine: &Machine) -> Finding {
-    /// The kernel's default, 95 %: the loop needs a small part of it.
-    const ENOUGH_PERCENT: i64 = 90;
-    let period: i64 = machine.number("/proc/sys/kernel/sched_rt_period_us").unwrap_or(1_000_000);
-    let finding =
-        |found: String| Finding::good("share for real-time threads", found, format!("at least {ENOUGH_PERCENT} %"));
+    let period: i64 = machine.number("/proc/sys/kernel/sched_rt_period_us").unwrap_or(DEFAULT_RT_PERIOD);
     match machine.number::<i64>("/proc/sys/kernel/sched_rt_runtime_us") {
-        None => finding("no limit in this kernel".to_owned()),
-        Some(runtime) if runtime < 0 => finding("unlimited".to_owned()),
+        None => share("share for real-time threads", None, "no limit in this kernel".to_owned(), ""),
         Some(runtime) => {
-            let percent = runtime.saturating_mul(100).checked_div(period).unwrap_or(0);
-            let finding = finding(format!("{percent} %"));
-            if percent >= ENOUGH_PERCENT {
-                finding
-            } else {
-                finding.but(Verdict::Bad, "`sysctl -w kernel.sched_rt_runtime_us=950000`")
-            }
+            let percent = percent_of(runtime, period);
+            let found = percent.map_or_else(|| "unlimited".to_owned(), |percent| format!("{percent} %"));
+            share("share for real-time threads", percent, found, "`sysctl -w kernel.sched_rt_runtime_us=950000`")
         }
     }
+}
+
+/// The kernel's default period of the share of real-time threads, us.
+pub(super) const DEFAULT_RT_PERIOD: i64 = 1_000_000;
+
+/// What `runtime` is of `period`, per cent; nothing if it is unlimited.
+pub(super) fn percent_of(runtime: i64, period: i64) -> Option<i64> {
+    (runtime >= 0).then(|| runtime.saturating_mul(100).checked_div(period).unwrap_or(0))
+}
+
+/// Judges a share of real-time threads, per cent, without one if there is no limit: a thread that has used it up stands for the rest of
+/// the period, a second by default, with the last torque on the motors.
+pub(super) fn share(name: &str, percent: Option<i64>, found: String, advice: &str) -> Finding {
+    /// The kernel's default is 95 %: the loop needs a small part of it.
+    const ENOUGH_PERCENT: i64 = 90;
+    let finding = Finding::good(name, found, format!("at least {ENOUGH_PERCENT} %"));
+    if percent.is_none_or(|percent| percent >= ENOUGH_PERCENT) { finding } else { finding.but(Verdict::Bad, advice) }
 }
 
 /// The hardware clock behind `CLOCK_MONOTONIC`.

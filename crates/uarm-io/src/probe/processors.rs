@@ -25,7 +25,7 @@ pub(super) fn governor(machine: &Machine) -> Option<Finding> {
     Some(if governors == [WANTED] {
         finding
     } else {
-        finding.but(Verdict::Warning, "`cpupower frequency-set -g performance` (package linux-cpupower); a clock that ramps up makes the first cycles late")
+        finding.but(Verdict::Bad, "`cpupower frequency-set -g performance` (package linux-cpupower); a clock that ramps up makes the first cycles late")
     })
 }
 

@@ -95,8 +95,57 @@ fn an_untouched_pc_gets_advice_on_each_point() {
     use Verdict::{Bad, Warning};
     let findings = described.machine().realtime_findings();
     let verdicts: Vec<_> = findings.iter().map(|finding| finding.verdict).collect();
-    assert_eq!(verdicts, [Warning, Bad, Bad, Bad, Warning, Warning, Warning, Warning], "{findings:#?}");
+    assert_eq!(verdicts, [Warning, Bad, Bad, Bad, Bad, Warning, Warning, Warning], "{findings:#?}");
     assert!(findings.iter().all(|finding| !finding.how_to_get_it.is_empty()));
+}
+
+/// What is bad keeps a loop from beginning, and nothing else does.
+#[test]
+fn obstacles_are_what_is_bad() {
+    let described = Described::new(&[
+        ("proc/sys/kernel/sched_rt_period_us", "1000000\n"),
+        ("proc/sys/kernel/sched_rt_runtime_us", "700000\n"),
+        ("proc/self/status", "CapEff:\t0000000000804000\n"),
+        ("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "schedutil\n"),
+        ("sys/class/net/can0/type", "280\n"),
+        ("sys/class/net/can0/flags", "0x40080\n"),
+        (CLOCK, "tsc\n"),
+    ]);
+    let names = |wish: Option<&CanWish>| {
+        described.machine().obstacles(wish).into_iter().map(|finding| finding.name).collect::<Vec<_>>()
+    };
+    let of_machine = ["share for real-time threads", "frequency governor"];
+    assert_eq!(names(None), of_machine);
+    let wish = CanWish { interface: Some("can0".parse().unwrap()), ..CanWish::default() };
+    assert_eq!(names(Some(&wish)), [of_machine.as_slice(), &["can0 state"]].concat());
+}
+
+#[test]
+fn the_smallest_share_of_a_group_and_those_above_it_counts() {
+    const NAME: &str = "real-time share of the group";
+    let group = |files: &[(&str, &str)]| {
+        let all = [&[("proc/self/cgroup", "5:cpu,cpuacct:/robot/loop\n0::/\n")], files].concat();
+        Described::new(&all)
+    };
+    let runtime = |folder: &str| format!("sys/fs/cgroup/cpu,cpuacct{folder}/cpu.rt_runtime_us");
+    let (inner, middle, root) = (runtime("/robot/loop"), runtime("/robot"), runtime(""));
+    let good = group(&[(&inner, "950000"), (&middle, "950000"), (&root, "-1")]);
+    assert_eq!(good.verdict(NAME), Some(Verdict::Good));
+    let narrow = group(&[(&inner, "950000"), (&middle, "0"), (&root, "950000")]);
+    assert_eq!(narrow.verdict(NAME), Some(Verdict::Bad));
+    let finding = narrow.machine().obstacles(None).into_iter().find(|finding| finding.name == NAME).unwrap();
+    assert_eq!(finding.found, "0 % in /sys/fs/cgroup/cpu,cpuacct/robot");
+    assert_eq!(group(&[]).verdict(NAME), None, "no such limit in this kernel");
+}
+
+#[test]
+fn a_quota_of_version_2_is_told_and_keeps_no_loop_from_beginning() {
+    let quota = |limit: &str| {
+        let files = [("proc/self/cgroup", "0::/robot\n"), ("sys/fs/cgroup/robot/cpu.max", limit)];
+        Described::new(&files).verdict("quota of the group")
+    };
+    assert_eq!(quota("50000 100000"), Some(Verdict::Warning));
+    assert_eq!(quota("max 100000"), None);
 }
 
 #[test]

@@ -64,7 +64,10 @@ fn angles_are_limited_on_both_sides_of_every_joint() {
             };
             assert_eq!(check(inside), Ok(()), "joint {joint} at {inside}");
             let quantity = Quantity::Position;
-            assert_eq!(check(outside), Err(LimitViolation { joint, time: 0.25, quantity, found: outside, allowed }));
+            assert_eq!(
+                check(outside),
+                Err(LimitViolation { joint, time: 0.25, quantity, found: outside, allowed, braking: None })
+            );
         }
     }
 }
@@ -80,7 +83,10 @@ fn velocities_are_limited_in_both_directions_of_every_joint() {
             assert_eq!(check(sign * limit), Ok(()));
             let (quantity, found) = (Quantity::Velocity, sign * (limit + 1e-9));
             let allowed = [-limit, limit];
-            assert_eq!(check(found), Err(LimitViolation { joint, time: 0.25, quantity, found, allowed }));
+            assert_eq!(
+                check(found),
+                Err(LimitViolation { joint, time: 0.25, quantity, found, allowed, braking: None })
+            );
         }
     }
 }
@@ -118,7 +124,10 @@ fn both_active_joints_are_kept_near_the_reference() {
                 assert_eq!(check(sign * limit), Ok(()));
                 let found = sign * (limit + 2_f64.powi(-30));
                 let allowed = [-limit, limit];
-                assert_eq!(check(found), Err(LimitViolation { joint, time: 0.25, quantity, found, allowed }));
+                assert_eq!(
+                    check(found),
+                    Err(LimitViolation { joint, time: 0.25, quantity, found, allowed, braking: None })
+                );
             }
         }
     }
@@ -127,7 +136,8 @@ fn both_active_joints_are_kept_near_the_reference() {
 #[test]
 fn a_violation_reads_in_degrees() {
     let allowed = [-1.0, 1.0];
-    let violation = LimitViolation { joint: 3, time: 0.25, quantity: Quantity::Velocity, found: 2.0, allowed };
+    let violation =
+        LimitViolation { joint: 3, time: 0.25, quantity: Quantity::Velocity, found: 2.0, allowed, braking: None };
     let text = "joint 3 at 0.250 s: velocity is 114.59 deg/s, expected -57.30 to 57.30 deg/s";
     assert_eq!(violation.to_string(), text);
     let violation = LimitViolation { quantity: Quantity::StartError, ..violation };
@@ -161,7 +171,7 @@ fn an_approach_that_is_too_fast_is_refused_before_brakes_open() {
     };
     assert_eq!(start(0.375), Ok(()));
     let (quantity, allowed) = (Quantity::ApproachVelocity, [-4.0, 4.0]);
-    let expected = LimitViolation { joint: 2, time: -0.25, quantity, found: 5.625, allowed };
+    let expected = LimitViolation { joint: 2, time: -0.25, quantity, found: 5.625, allowed, braking: None };
     assert_eq!(start(0.25), Err(expected));
     assert!(expected.to_string().contains("largest velocity of the approach is 322.29 deg/s"), "{expected}");
 }

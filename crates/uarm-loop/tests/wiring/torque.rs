@@ -117,3 +117,42 @@ proptest! {
         }
     }
 }
+
+/// Every sign and exponent of a double, NaN, infinity, zero and subnormal numbers among them, with the first, the last and a middle
+/// fraction: whatever is asked for, what leaves the stage is finite and within its limit, or it is refused.
+#[test]
+fn no_bit_pattern_of_a_request_leaves_the_stage_beyond_its_limit() {
+    const EXPONENTS: u64 = 1 << 11;
+    const FRACTION: u64 = (1 << 52) - 1;
+    let mut refused = 0;
+    for (sign, exponent) in
+        [0, 1 << 63].into_iter().flat_map(|sign| (0..EXPONENTS).map(move |exponent| (sign, exponent)))
+    {
+        for fraction in [0, 1, FRACTION / 3, FRACTION] {
+            let request = f64::from_bits(sign | exponent << 52 | fraction);
+            let limits = TorqueLimits::new(Vector2::from(MAGNITUDE)).unwrap();
+            let mut stage = TorqueStage {
+                limiter: TorqueLimiter::new(limits),
+                output_limiter: TorqueLimiter::new(limits),
+                fade: Fade::new(StopRamp::default()),
+                scales: [scale(200), scale(200), scale(200)],
+                disturbance: Disturbance::None,
+                site: DisturbanceSite::Plant,
+            };
+            match stage.prepare(Vector2::new(request, -request), 1.0, 0.003, Authority::Full) {
+                Ok(torque) => {
+                    for (joint, limit) in MAGNITUDE.into_iter().enumerate() {
+                        let (output, sent) = (torque.output[joint], f64::from(torque.sent[joint + 1]) * 2e-4);
+                        assert!(output.is_finite() && output.abs() <= limit, "{request:e}: {output}");
+                        assert!(sent.abs() <= limit + 1e-12, "{request:e}: {sent}");
+                    }
+                }
+                Err(_) => {
+                    assert!(!request.is_finite(), "{request:e}");
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert_eq!(refused, 2 * 4, "infinity and three kinds of NaN, of either sign");
+}
