@@ -10,6 +10,8 @@ pub const ACTIVE: usize = 2;
 pub type CycleRecord = uarm_loop::record::CycleRecord<JOINTS, ACTIVE>;
 /// The log of a run of this robot.
 pub type RunLog = uarm_log::reader::RunLog<JOINTS, ACTIVE>;
+/// The same, read in order in bounded memory.
+pub type OrderedLog = uarm_log::ordered::OrderedLog<JOINTS, ACTIVE>;
 /// Something that a log of this robot tells.
 pub type Item = uarm_log::decoder::Item<JOINTS, ACTIVE>;
 /// The latest numbers of this robot's loop.

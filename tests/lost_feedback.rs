@@ -15,7 +15,7 @@ use uarm_io::link::{FrameDirection, Link, LinkHealth, Received};
 use uarm_io::time::{Duration, Instant};
 use uarm_log::replay::bus_cycles::bus_cycles;
 use uarm_log::replay::exact::{ExactReplay, Start};
-use uarm_log::replay::source::Source;
+use uarm_log::replay::source::{Behind, Source};
 use uarm_loop::control_loop::LoopEnd;
 use uarm_loop::estimation::AngleSource;
 use uarm_loop::fault_code::{Coded, FaultCode};
@@ -238,6 +238,7 @@ fn a_run_with_lost_answers_replays_bit_for_bit() {
                 records: if is_recorded { &end.recorder.cycles } else { &[] },
                 keyframes: if is_recorded { &end.recorder.keyframes } else { &[] },
                 fault: cause.as_deref(),
+                behind: Behind::Nothing,
             };
             let mut controller = Robot::load(None).unwrap().controller(Law::Adaptive, AdaptationGuard::None).unwrap();
             let replay = ExactReplay::run(&source, &mut controller, Start::Beginning).unwrap();

@@ -12,10 +12,11 @@ use uarm::robot::Robot;
 use uarm_log::candump;
 use uarm_log::replay::bus_cycles::{BusCycle, bus_cycles};
 use uarm_log::replay::exact::{ExactReplay, Start};
-use uarm_log::replay::source::Source;
+use uarm_log::replay::source::{Behind, Source};
 
 use support::{text, uarm};
 use uarm::dimensions::RunLog;
+use uarm_loop::supervisor::Authority;
 
 /// Records a run into a new file named after `name`.
 fn record(name: &str, arguments: &[&str]) -> PathBuf {
@@ -55,6 +56,7 @@ impl Recorded {
             records: &self.log.cycles,
             keyframes: &self.log.keyframes,
             fault: self.log.fault.as_ref().map(|fault| fault.cause.as_str()),
+            behind: Behind::Nothing,
         };
         let mut controller = self.robot.controller(settings.law, settings.guard).unwrap();
         ExactReplay::run(&source, &mut controller, start).unwrap()
@@ -184,6 +186,36 @@ fn a_candump_file_replays_to_the_torques_on_the_bus() {
     let output = replay(&dump, &[]);
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output).contains("--controller"), "{}", text(&output));
+}
+
+/// Neither a log nor the bus alone is taken for another run where somebody asked for its end.
+#[test]
+fn an_interrupted_run_replays_from_its_log_and_from_the_bus() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("replay");
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(format!("interrupted-{}.mcap", std::process::id()));
+    let run = ["run", "--virtual-time", "--hold", "24h", "--controller", "neural"];
+    let as_with_can = ["--disturbance", "none", "--adaptation", "bounded", "--log", path.to_str().unwrap()];
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_uarm")).args(run).args(as_with_can).spawn().unwrap();
+    while !RunLog::read(&path).is_ok_and(|log| !log.cycles.is_empty()) {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    rustix::process::kill_process(rustix::process::Pid::from_child(&child), rustix::process::Signal::INT).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+
+    let log = RunLog::read(&path).unwrap();
+    let fading = log.cycles.iter().filter(|cycle| cycle.authority == Authority::Fading).count();
+    assert_eq!(fading, 17, "50 ms at 3 ms");
+    let shown = uarm(&["show", path.to_str().unwrap()]);
+    assert!(text(&shown).contains("  stop               torques faded from "), "{}", text(&shown));
+    let output = replay(&path, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    assert!(text(&output).contains("all equal, bit for bit"), "{}", text(&output));
+    let dump = path.with_extension("log");
+    candump::write(&log.frames, "can0", log.run.axis, std::fs::File::create(&dump).unwrap()).unwrap();
+    let output = replay(&dump, &["--controller", "neural"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    assert!(text(&output).contains("torques faded from "), "{}", text(&output));
 }
 
 #[test]

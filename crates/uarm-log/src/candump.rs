@@ -294,16 +294,22 @@ fn direction(frame: &Frame) -> FrameDirection {
 /// # Errors
 /// If the output cannot be written.
 pub fn write(frames: &[FrameRecord], interface: &str, axis: TimeAxis, mut output: impl Write) -> io::Result<()> {
-    for record in frames {
-        let at = axis.at(record.at);
-        let (seconds, nanoseconds) = (at / NANOSECONDS_PER_SECOND, at % NANOSECONDS_PER_SECOND);
-        write!(output, "({seconds:010}.{nanoseconds:09}) {interface} {:03X}#", record.frame.id().as_raw())?;
-        for byte in record.frame.data() {
-            write!(output, "{byte:02X}")?;
-        }
-        writeln!(output)?;
-    }
+    frames.iter().try_for_each(|record| write_frame(record, interface, axis, &mut output))?;
     output.flush()
+}
+
+/// Writes a frame as it would have been seen on `interface`.
+///
+/// # Errors
+/// If the output cannot be written.
+pub fn write_frame(record: &FrameRecord, interface: &str, axis: TimeAxis, output: &mut impl Write) -> io::Result<()> {
+    let at = axis.at(record.at);
+    let (seconds, nanoseconds) = (at / NANOSECONDS_PER_SECOND, at % NANOSECONDS_PER_SECOND);
+    write!(output, "({seconds:010}.{nanoseconds:09}) {interface} {:03X}#", record.frame.id().as_raw())?;
+    for byte in record.frame.data() {
+        write!(output, "{byte:02X}")?;
+    }
+    writeln!(output)
 }
 
 #[cfg(test)]

@@ -19,42 +19,87 @@ pub const TIMING_COLUMNS: [&str; 5] = ["woke_ns", "sync_sent_ns", "counts_in_ns"
 /// If the output cannot be written.
 pub fn write<const J: usize, const N: usize>(cycles: &[CycleRecord<J, N>], mut output: impl Write) -> io::Result<()> {
     let Some(first) = cycles.first() else { return output.flush() };
-    write!(output, "tick")?;
-    for signal in signals(first) {
-        write!(output, ",{}", signal.name())?;
-    }
-    let reporting = reporting_joints(cycles);
-    for joint in &reporting {
-        write!(output, ",torque_actual_{number}_per_mille,torque_actual_{number}_nm", number = joint + 1)?;
-    }
-    writeln!(output, ",{}", TIMING_COLUMNS.join(","))?;
+    let mut reporting = Reporting::default();
+    cycles.iter().for_each(|record| reporting.look_at(record));
+    write_header(first, &reporting, &mut output)?;
     for record in cycles {
-        write!(output, "{}", record.tick)?;
-        for signal in signals(record) {
-            match signal.value {
-                Value::Number(number) => write!(output, ",{number}")?,
-                Value::Integer(integer) => write!(output, ",{integer}")?,
-                Value::Flag(flag) => write!(output, ",{}", u8::from(flag))?,
-            }
-        }
-        for joint in &reporting {
-            match record.torque_actual.get(*joint).copied().flatten() {
-                Some(ActualTorque { per_mille, newton_metres }) => write!(output, ",{per_mille},{newton_metres}")?,
-                None => write!(output, ",,")?,
-            }
-        }
-        let instants = &record.instants;
-        for instant in [instants.woke, instants.sync_sent, instants.counts_in, instants.torque_out, instants.done] {
-            write!(output, ",{}", instant.since(instants.scheduled).as_nanos())?;
-        }
-        writeln!(output)?;
+        write_row(record, &reporting, &mut output)?;
     }
     output.flush()
 }
 
-/// The joints, counted from 0, whose drives reported a torque in any cycle.
-fn reporting_joints<const J: usize, const N: usize>(cycles: &[CycleRecord<J, N>]) -> Vec<usize> {
-    (0..J).filter(|joint| cycles.iter().any(|record| record.torque_actual[*joint].is_some())).collect()
+/// Writes the header, as [`write`] does, of cycles like `first`.
+///
+/// # Errors
+/// If the output cannot be written.
+pub fn write_header<const J: usize, const N: usize>(
+    first: &CycleRecord<J, N>,
+    reporting: &Reporting<J>,
+    output: &mut impl Write,
+) -> io::Result<()> {
+    write!(output, "tick")?;
+    for signal in signals(first) {
+        write!(output, ",{}", signal.name())?;
+    }
+    for joint in reporting.joints() {
+        write!(output, ",torque_actual_{number}_per_mille,torque_actual_{number}_nm", number = joint + 1)?;
+    }
+    writeln!(output, ",{}", TIMING_COLUMNS.join(","))
+}
+
+/// Writes the row of a cycle, as [`write`] does.
+///
+/// # Errors
+/// If the output cannot be written.
+pub fn write_row<const J: usize, const N: usize>(
+    record: &CycleRecord<J, N>,
+    reporting: &Reporting<J>,
+    output: &mut impl Write,
+) -> io::Result<()> {
+    write!(output, "{}", record.tick)?;
+    for signal in signals(record) {
+        match signal.value {
+            Value::Number(number) => write!(output, ",{number}")?,
+            Value::Integer(integer) => write!(output, ",{integer}")?,
+            Value::Flag(flag) => write!(output, ",{}", u8::from(flag))?,
+        }
+    }
+    for joint in reporting.joints() {
+        match record.torque_actual.get(joint).copied().flatten() {
+            Some(ActualTorque { per_mille, newton_metres }) => write!(output, ",{per_mille},{newton_metres}")?,
+            None => write!(output, ",,")?,
+        }
+    }
+    let instants = &record.instants;
+    for instant in [instants.woke, instants.sync_sent, instants.counts_in, instants.torque_out, instants.done] {
+        write!(output, ",{}", instant.since(instants.scheduled).as_nanos())?;
+    }
+    writeln!(output)
+}
+
+/// Whose drives reported a torque in any cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Reporting<const J: usize>([bool; J]);
+
+impl<const J: usize> Default for Reporting<J> {
+    /// Nobody's.
+    fn default() -> Self {
+        Self([false; J])
+    }
+}
+
+impl<const J: usize> Reporting<J> {
+    /// Takes in a cycle.
+    pub fn look_at<const N: usize>(&mut self, record: &CycleRecord<J, N>) {
+        for (reports, torque) in self.0.iter_mut().zip(&record.torque_actual) {
+            *reports |= torque.is_some();
+        }
+    }
+
+    /// The joints, counted from 0.
+    fn joints(&self) -> impl Iterator<Item = usize> {
+        self.0.iter().enumerate().filter(|(_, reports)| **reports).map(|(joint, _)| joint)
+    }
 }
 
 #[cfg(test)]

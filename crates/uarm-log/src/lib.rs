@@ -22,6 +22,7 @@
 //! | [`writer`] | the file, written: one [`Sink`](uarm_loop::recording::Sink) of the recording |
 //! | [`parts`] | a long run in several files, of which the newest are kept |
 //! | [`reader`], [`follow`] | the file, or what is left of it, read; the file, read while it grows |
+//! | [`ordered`] | the file, read in order in bounded memory |
 //! | [`description`] | what was run, on what machine: the metadata |
 //! | [`mod@drives`] | which drives moved the robot: metadata as well |
 //! | [`topic`], [`proto`] | the topics, their schemas and messages |
@@ -49,6 +50,7 @@ pub mod follow;
 pub mod health;
 pub mod keyframe;
 pub mod layout;
+pub mod ordered;
 pub mod parts;
 pub mod reader;
 pub mod records;

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::{self, Read};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use crate::decoder::{Decoder, Item, LoggedNote};
@@ -117,31 +118,22 @@ impl<const J: usize, const N: usize> RunLog<J, N> {
     /// # Errors
     /// As [`RunLog::read`].
     pub fn read_from(input: impl Read, path: &Path) -> Result<Self, ReadError> {
-        let mut decoder = Decoder::new();
         let mut collected = Collected::default();
-        let mut records = Records::new(input);
-        let io_error = |source| ReadError::Io { file: path.to_owned(), source };
-        loop {
-            let step = records.step(|opcode, data| decoder.take(opcode, data, &mut |item| collected.take(item)));
-            let reason = match step.map_err(io_error)? {
-                Step::Record => continue,
-                Step::End => break,
-                Step::Checksum { section, .. } => {
-                    collected.damage(records::checksum_damage(section));
-                    continue;
-                }
-                Step::Starved => "the file ends in the middle: it was not closed".to_owned(),
-                Step::Broken(broken) => broken.to_string(),
-            };
-            match records.find_next().map_err(io_error)? {
-                Some(skipped) => collected.damage(format!("{skipped} bytes are left out: {reason}")),
-                None => {
-                    collected.damage(reason);
-                    break;
-                }
-            }
+        let take = &mut |item| {
+            collected.take(item);
+            ControlFlow::Continue(())
+        };
+        each_item(input, take).map_err(|source| ReadError::Io { file: path.to_owned(), source })?;
+        let mut log = collected.into_log(path)?;
+        log.note_gaps(log.gaps());
+        Ok(log)
+    }
+
+    /// Says how often records are missing between two cycles.
+    pub(crate) fn note_gaps(&mut self, gaps: usize) {
+        if gaps > 0 {
+            self.damage.push(format!("{gaps} gaps: cycles that ran and are not in the log"));
         }
-        collected.into_log(path)
     }
 
     /// How often records are missing between two cycles.
@@ -150,13 +142,50 @@ impl<const J: usize, const N: usize> RunLog<J, N> {
     }
 }
 
+/// Gives each item that can be read from `input`, and what cannot be read as damage, until `take` breaks off.
+pub(crate) fn each_item<const J: usize, const N: usize>(
+    input: impl Read,
+    take: &mut dyn FnMut(Item<J, N>) -> ControlFlow<()>,
+) -> io::Result<()> {
+    let mut decoder = Decoder::new();
+    let mut records = Records::new(input);
+    let mut flow = ControlFlow::Continue(());
+    let mut give = |item, flow: &mut ControlFlow<()>| {
+        if flow.is_continue() {
+            *flow = take(item);
+        }
+    };
+    while flow.is_continue() {
+        let step = records.step(|opcode, data| decoder.take(opcode, data, &mut |item| give(item, &mut flow)))?;
+        let reason = match step {
+            Step::Record => continue,
+            Step::End => break,
+            Step::Checksum { section, .. } => {
+                give(Item::Damage(records::checksum_damage(section)), &mut flow);
+                continue;
+            }
+            Step::Starved => "the file ends in the middle: it was not closed".to_owned(),
+            Step::Broken(broken) => broken.to_string(),
+        };
+        match records.find_next()? {
+            Some(skipped) => give(Item::Damage(format!("{skipped} bytes are left out: {reason}")), &mut flow),
+            None => {
+                give(Item::Damage(reason), &mut flow);
+                break;
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Whether records are missing between two cycles: a loop that skips ticks says so.
 pub const fn is_gap<const J: usize, const N: usize>(one: &CycleRecord<J, N>, other: &CycleRecord<J, N>) -> bool {
     other.tick.saturating_sub(one.tick) != other.elapsed_ticks
 }
 
+/// What a log has told so far.
 #[derive(Default)]
-struct Collected<const J: usize, const N: usize> {
+pub(crate) struct Collected<const J: usize, const N: usize> {
     run: Option<RunDescription>,
     machine: Fields,
     drives: Vec<LoggedDrive>,
@@ -182,7 +211,15 @@ impl<const J: usize, const N: usize> Collected<J, N> {
         }
     }
 
-    fn take(&mut self, item: Item<J, N>) {
+    /// Keeps an item; of the health records the last.
+    pub(crate) fn take_last_health(&mut self, item: Item<J, N>) {
+        if matches!(item, Item::Health(_)) {
+            self.health.clear();
+        }
+        self.take(item);
+    }
+
+    pub(crate) fn take(&mut self, item: Item<J, N>) {
         match item {
             Item::Run(run) => self.run = Some(*run),
             Item::Machine(machine) => self.machine = machine,
@@ -201,7 +238,7 @@ impl<const J: usize, const N: usize> Collected<J, N> {
         }
     }
 
-    fn into_log(mut self, path: &Path) -> Result<RunLog<J, N>, ReadError> {
+    pub(crate) fn into_log(mut self, path: &Path) -> Result<RunLog<J, N>, ReadError> {
         if self.end.is_none() && self.part.next.is_none() {
             self.damage("no end is recorded: the process was killed, or the disk failed".to_owned());
         }
@@ -216,7 +253,7 @@ impl<const J: usize, const N: usize> Collected<J, N> {
         self.cycles.sort_by_key(|record| record.tick);
         self.frames.sort_by_key(|frame| frame.sequence);
         self.keyframes.sort_by_key(|(after, _)| *after);
-        let mut log = RunLog {
+        Ok(RunLog {
             path: path.to_owned(),
             run,
             machine: self.machine,
@@ -230,11 +267,6 @@ impl<const J: usize, const N: usize> Collected<J, N> {
             part: self.part,
             end: self.end,
             damage: self.damage,
-        };
-        let gaps = log.gaps();
-        if gaps > 0 {
-            log.damage.push(format!("{gaps} gaps: cycles that ran and are not in the log"));
-        }
-        Ok(log)
+        })
     }
 }

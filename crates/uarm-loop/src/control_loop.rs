@@ -80,7 +80,13 @@ impl<const J: usize, const N: usize> ControlLoop<'_, J, N> {
             self.hear(supervisor);
             let end = if supervisor.state() == State::Running { LoopEnd::Completed } else { LoopEnd::Interrupted };
             let TorquePermission::Granted(authority) = supervisor.torque() else { return Ok(end) };
-            let mut record = self.cycle(&tick, drives, clock, schedule, authority)?;
+            let mut record = match self.cycle(&tick, drives, clock, schedule, authority) {
+                Ok(record) => record,
+                Err(fault) => {
+                    self.timing.record_unfinished(clock.now().since(tick.scheduled));
+                    return Err(fault);
+                }
+            };
             let supervised = drives.housekeeping(clock.now());
             record.torque_actual = self.path.torque.actual(drives.torque_actual());
             record.instants.done = clock.now();

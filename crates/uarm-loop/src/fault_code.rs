@@ -98,6 +98,24 @@ crate::choice! {
     StopUnconfirmed = "stop-unconfirmed", "A drive did not confirm at the end that its power is off";
 }
 
+impl FaultCode {
+    /// Whether it comes from the signals of a cycle, and so again in a replay; what drives and bus do does not.
+    pub const fn is_of_signals(self) -> bool {
+        matches!(
+            self,
+            Self::StartPosition
+                | Self::FeedbackMissing
+                | Self::EncoderImplausible
+                | Self::JointAngle
+                | Self::JointVelocity
+                | Self::TrackingError
+                | Self::TorqueInvalid
+                | Self::NotFinite
+                | Self::TorqueSaturated
+        )
+    }
+}
+
 /// An error that has a [`FaultCode`].
 pub trait Coded {
     /// Its code.

@@ -77,20 +77,49 @@ impl<const N: usize> Outcome<N> {
         }
     }
 
-    /// What came of a run, computed again from its cycles: bit for bit what the run itself computed. Cycles tell nothing of
-    /// page faults.
+    /// What came of a run, computed again from its cycles, as [`OutcomeOfCycles`] does.
     pub fn of_cycles<const J: usize>(motion: &Motion<N>, period: Period, cycles: &[CycleRecord<J, N>]) -> Self {
-        let mut indices = PerformanceIndices::new();
-        let mut timing = TimingRecorder::new(period.duration());
-        let mut statistics = Statistics::new(NoRecorder);
-        for record in cycles {
-            if motion.is_task(record.time) {
-                let torque = SVector::from(record.torque_applied);
-                indices.record(&record.tracking_error(), &torque, period.seconds(1));
-            }
-            statistics.record(record);
-            timing.record(&record.instants, record.elapsed_ticks);
+        let mut outcome = OutcomeOfCycles::new(*motion, period);
+        cycles.iter().for_each(|record| outcome.record(record));
+        outcome.outcome()
+    }
+}
+
+/// What came of a run, computed again from its cycles, one by one: bit for bit what the run itself computed. Cycles tell nothing of
+/// page faults.
+#[derive(Debug)]
+pub struct OutcomeOfCycles<const N: usize> {
+    motion: Motion<N>,
+    period: Period,
+    indices: PerformanceIndices<f64>,
+    timing: TimingRecorder,
+    statistics: Statistics<NoRecorder, N>,
+}
+
+impl<const N: usize> OutcomeOfCycles<N> {
+    /// Of a run along `motion`, without a cycle so far.
+    pub fn new(motion: Motion<N>, period: Period) -> Self {
+        Self {
+            motion,
+            period,
+            indices: PerformanceIndices::new(),
+            timing: TimingRecorder::new(period.duration()),
+            statistics: Statistics::new(NoRecorder),
         }
-        Self::new(Indices::from(&indices), &statistics, timing.summary(), PageFaults::default())
+    }
+
+    /// Takes in a cycle, in the order of ticks.
+    pub fn record<const J: usize>(&mut self, record: &CycleRecord<J, N>) {
+        if self.motion.is_task(record.time) {
+            let torque = SVector::from(record.torque_applied);
+            self.indices.record(&record.tracking_error(), &torque, self.period.seconds(1));
+        }
+        self.statistics.record(record);
+        self.timing.record(&record.instants, record.elapsed_ticks);
+    }
+
+    /// What came of the cycles so far.
+    pub fn outcome(&self) -> Outcome<N> {
+        Outcome::new(Indices::from(&self.indices), &self.statistics, self.timing.summary(), PageFaults::default())
     }
 }

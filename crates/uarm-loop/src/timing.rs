@@ -1,7 +1,7 @@
 //! How well the loop keeps time: latencies of every cycle, unfiltered, and what to make of them.
 
 use hdrhistogram::Histogram;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use uarm_io::time::{Duration, Instant};
 
 /// The largest latency that a histogram resolves; longer ones count as this long, and the true maximum is kept besides.
@@ -134,6 +134,13 @@ impl TimingRecorder {
         }
     }
 
+    /// Takes in a cycle that a fault ended `late` after it was due: it has no latencies, but may have missed its deadline.
+    pub fn record_unfinished(&mut self, late: Duration) {
+        if late > self.period {
+            self.missed_deadlines += 1;
+        }
+    }
+
     /// The timing of the cycles so far.
     pub fn summary(&self) -> TimingSummary {
         TimingSummary {
@@ -159,12 +166,19 @@ pub struct TimingSummary {
     pub missed_deadlines: u64,
     /// Ticks that were left out because of that.
     pub skipped_ticks: u64,
-    /// From the scheduled start to the wake-up.
+    /// From the scheduled start to the wake-up; as the others null in JSON where nothing was measured: without a cycle, and in virtual time.
+    #[serde(serialize_with = "measured")]
     pub wake_up: LatencySummary,
     /// From SYNC to the last encoder count.
+    #[serde(serialize_with = "measured")]
     pub feedback_latency: LatencySummary,
     /// From the scheduled start to the last torque on the link.
+    #[serde(serialize_with = "measured")]
     pub total: LatencySummary,
+}
+
+fn measured<S: Serializer>(latency: &LatencySummary, serializer: S) -> Result<S::Ok, S::Error> {
+    Some(latency).filter(|latency| **latency != LatencySummary::default()).serialize(serializer)
 }
 
 /// What the timing of a run is worth.
@@ -227,6 +241,18 @@ mod tests {
         timing.record(&cycle(9, 10, 100), 2);
         let summary = timing.summary();
         assert_eq!((summary.missed_deadlines, summary.skipped_ticks), (1, 1));
+        assert_eq!(summary.verdict(), Verdict::Missed);
+    }
+
+    #[test]
+    fn a_cycle_that_a_fault_ended_late_has_missed_its_deadline_and_no_latency() {
+        let mut timing = TimingRecorder::new(Duration::from_millis(3));
+        timing.record(&cycle(0, 10, 100), 0);
+        timing.record_unfinished(Duration::from_millis(3));
+        assert_eq!(timing.summary().verdict(), Verdict::Good);
+        timing.record_unfinished(Duration::from_secs(1));
+        let summary = timing.summary();
+        assert_eq!((summary.cycles, summary.missed_deadlines, summary.total.maximum_ns), (1, 1, 100_000));
         assert_eq!(summary.verdict(), Verdict::Missed);
     }
 

@@ -4,7 +4,7 @@ use uarm_plot::sheet::{Axis, Panel, Sheet, Symbol};
 
 use crate::dimensions::ACTIVE;
 use crate::figures::style::{RECORDED, REPLAYED};
-use uarm_log::replay::what_if::WhatIf;
+use uarm_log::replay::what_if::Pair;
 
 /// Width and height, points.
 const SIZE: [u32; 2] = [1000, 640];
@@ -12,7 +12,7 @@ const SIZE: [u32; 2] = [1000, 640];
 const TICKS: usize = 6;
 
 /// The recorded torques and the other's, joint by joint.
-pub fn chart(what_if: &WhatIf<ACTIVE>, recorded: &str, other: &str, note: &str) -> Sheet {
+pub fn chart(pairs: &[Pair<ACTIVE>], recorded: &str, other: &str, note: &str) -> Sheet {
     Sheet {
         name: "replay".into(),
         title: format!("What {other} would have asked for where {recorded} was in control"),
@@ -23,12 +23,12 @@ pub fn chart(what_if: &WhatIf<ACTIVE>, recorded: &str, other: &str, note: &str) 
             (format!("{recorded}, recorded"), Symbol::Line(RECORDED)),
             (format!("{other}, replayed"), Symbol::Line(REPLAYED)),
         ],
-        panels: [0, 1].map(|joint| panel(what_if, joint)).to_vec(),
+        panels: [0, 1].map(|joint| panel(pairs, joint)).to_vec(),
     }
 }
 
-fn panel(what_if: &WhatIf<ACTIVE>, joint: usize) -> Panel {
-    let pairs = || what_if.pairs.iter();
+fn panel(pairs: &[Pair<ACTIVE>], joint: usize) -> Panel {
+    let pairs = || pairs.iter();
     let times = pairs().map(|pair| pair.time);
     let torques = pairs().flat_map(|pair| [pair.recorded[joint], pair.other[joint]]);
     let title = format!("Joint {}: torque", joint + 2);

@@ -11,13 +11,19 @@ use anyhow::{Context, anyhow, bail, ensure};
 use hinf_control::{AdaptationGuard, BaseAcceleration, Disturbance, Law};
 use serde::Serialize;
 use uarm_log::candump::{self, CandumpError, Interface};
+use uarm_log::description::Fields;
+use uarm_log::ordered::InOrder;
 use uarm_log::reader::Part;
 use uarm_log::records::MAGIC;
 use uarm_log::regular_file;
 use uarm_log::replay::bus_cycles::bus_cycles;
-use uarm_log::replay::exact::{ExactReplay, Start};
+use uarm_log::replay::exact::{ExactReplay, ExactRun, is_before};
 use uarm_log::replay::one_clock::{ClockStep, Regularity, on_one_clock};
-use uarm_log::replay::what_if::TorqueSummary;
+use uarm_log::replay::source::{Behind, ReplayError};
+use uarm_log::replay::what_if::{TorqueSummary, WhatIfRun};
+use uarm_log::replay::windows::Windows;
+use uarm_loop::choice::Choice;
+use uarm_loop::fault_code::FaultCode;
 use uarm_loop::recording::FrameRecord;
 use uarm_loop::robot::Protocol;
 use uarm_loop::schedule::OverrunPolicy;
@@ -27,17 +33,20 @@ use uarm_loop::torque::DisturbanceSite;
 use uarm_plot::output::FigureFile;
 
 use crate::console;
-use crate::dimensions::{ACTIVE, JOINTS, RunLog};
+use crate::dimensions::{ACTIVE, JOINTS, OrderedLog};
 use crate::exit::Exit;
 use crate::log_files::newest;
 use crate::options::{self, choice};
 use crate::output_files::{Force, OutputFiles};
+use crate::report::FAULT_CODE;
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use chart::chart;
 
 type Source<'a> = uarm_log::replay::source::Source<'a, JOINTS, ACTIVE>;
-type WhatIf = uarm_log::replay::what_if::WhatIf<ACTIVE>;
+type WhatIf = uarm_log::replay::what_if::WhatIfOutcome<ACTIVE>;
+type Pair = uarm_log::replay::what_if::Pair<ACTIVE>;
+type Begin = uarm_log::replay::exact::Begin<JOINTS, ACTIVE>;
 
 /// Arguments of `uarm replay`.
 #[derive(Debug, clap::Args)]
@@ -106,14 +115,74 @@ struct Recorded {
     name: String,
     robot: Robot,
     settings: Settings,
-    frames: Vec<FrameRecord>,
-    log: Option<Box<RunLog>>,
+    records: Records,
+    /// Why the run failed, if it did.
+    fault: Option<String>,
+    /// The version and commit that recorded it, if they are others.
+    other_build: Option<String>,
     /// Which part of the run it is.
     part: Part,
     /// What is missing or cannot be read.
     damage: Vec<String>,
     /// Steps of the clock that stamped the frames, which were taken out.
     clock_steps: Vec<ClockStep>,
+}
+
+/// Where the records are.
+enum Records {
+    /// In a log, which is read in windows.
+    Log(OrderedLog),
+    /// In memory: those of a candump file.
+    Frames(Vec<FrameRecord>),
+}
+
+impl Recorded {
+    /// Gives the run to `each`, window by window.
+    fn each_window(&mut self, each: &mut dyn FnMut(&Source<'_>) -> Result<(), ReplayError>) -> anyhow::Result<()> {
+        let Self { robot, settings, records, fault, .. } = self;
+        let (robot, fault) = (&robot.description, fault.as_deref());
+        match records {
+            Records::Frames(frames) => {
+                let bus = bus_cycles(frames, robot.nodes());
+                each(&Source {
+                    robot,
+                    settings,
+                    bus: &bus,
+                    records: &[],
+                    keyframes: &[],
+                    fault,
+                    behind: Behind::Nothing,
+                })?;
+            }
+            Records::Log(log) => {
+                let mut windows = Windows::new(robot, settings, fault);
+                // Late records are known: there is one pass.
+                let mut given = Ok(());
+                let take = |(): &mut (), record: InOrder<'_, JOINTS, ACTIVE>| {
+                    if given.is_ok() {
+                        given = windows.take(record, each);
+                    }
+                };
+                log.pass(|| (), take)?;
+                given.and_then(|()| windows.finish(each))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The state that a replay begins with: of a log with the last keyframe before a task time, s, if one is asked for.
+    fn begin(&mut self, from: Option<f64>) -> anyhow::Result<Begin> {
+        let (Some(time), Records::Log(log)) = (from, &mut self.records) else { return Ok(Begin::Beginning) };
+        let take = |found: &mut Option<_>, record: InOrder<'_, JOINTS, ACTIVE>| {
+            if let InOrder::Keyframe(keyframe) = record
+                && is_before(keyframe, time)
+            {
+                *found = Some(*keyframe);
+            }
+        };
+        let (found, _) = log.pass(|| None, take)?;
+        Ok(Begin::At(found.ok_or(ReplayError::NoKeyframe(time))?))
+    }
 }
 
 /// The result as JSON.
@@ -133,7 +202,7 @@ struct Report<'a> {
 /// The torques of a what-if as JSON, N·m.
 #[derive(Serialize)]
 struct WhatIfReport {
-    cycles: usize,
+    cycles: u64,
     rms_difference_nm: [f64; ACTIVE],
     largest_difference_nm: [f64; ACTIVE],
     rms_recorded_nm: [f64; ACTIVE],
@@ -145,7 +214,7 @@ impl WhatIfReport {
     fn new(what_if: &WhatIf) -> Self {
         let TorqueSummary { rms_difference, largest_difference, rms_recorded, rms_other } = what_if.summary;
         Self {
-            cycles: what_if.pairs.len(),
+            cycles: what_if.cycles,
             rms_difference_nm: rms_difference,
             largest_difference_nm: largest_difference,
             rms_recorded_nm: rms_recorded,
@@ -164,22 +233,12 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let outputs = arguments.outputs(&path);
     outputs.check(arguments.plot.as_ref().map(FigureFile::path)).context("--plot")?;
     outputs.check(arguments.csv.as_deref()).context("--csv")?;
-    let recorded = read(&path, arguments)?;
-    let bus = bus_cycles(&recorded.frames, recorded.robot.description.nodes());
-    let log = recorded.log.as_deref();
-    let source = Source {
-        robot: &recorded.robot.description,
-        settings: &recorded.settings,
-        bus: &bus,
-        records: log.map_or(&[], |log| &log.cycles),
-        keyframes: log.map_or(&[], |log| &log.keyframes),
-        fault: log.and_then(|log| log.fault.as_ref()).map(|fault| fault.cause.as_str()),
-    };
+    let mut recorded = read(&path, arguments)?;
     let file = path.display().to_string();
     if arguments.asks_for_another(&recorded) {
-        what_if(arguments, &recorded, &source, &file, &outputs)
+        what_if(arguments, &mut recorded, &file, &outputs)
     } else {
-        exact(arguments, &recorded, &source, &file)
+        exact(arguments, &mut recorded, &file)
     }
 }
 
@@ -191,7 +250,7 @@ impl Arguments {
             || self.base_acceleration.is_some()
             || self.fuzzy_sets.is_some()
             || self.adaptation.is_some();
-        recorded.log.is_some() && something
+        matches!(recorded.records, Records::Log(_)) && something
     }
 
     fn outputs(&self, recording: &Path) -> OutputFiles {
@@ -226,15 +285,20 @@ fn read_any(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
             "--dt, --period, --disturbance and --interface are for candump files: {} tells its own",
             path.display()
         );
-        let mut log = RunLog::read_from(input, path)?;
+        let mut log = OrderedLog::new(path);
+        // Late records are met here, and what is told at the end.
+        let ((), told) = log.pass(|| (), |(), _| {})?;
+        let code = told.end.as_ref().and_then(|end| FaultCode::from_name(end.get(FAULT_CODE)?));
         return Ok(Recorded {
-            name: log.run.controller.clone(),
-            robot: Robot::from_log(path, &log.run.robot).context("the robot in the log")?,
-            settings: log.run.settings().with_context(|| path.display().to_string())?,
-            frames: std::mem::take(&mut log.frames),
-            part: log.part.clone(),
-            damage: std::mem::take(&mut log.damage),
-            log: Some(Box::new(log)),
+            name: told.run.controller.clone(),
+            robot: Robot::from_log(path, &told.run.robot).context("the robot in the log")?,
+            settings: told.run.settings().with_context(|| path.display().to_string())?,
+            records: Records::Log(log),
+            // What drives and bus do is not computed, and does not come again.
+            fault: told.fault.map(|fault| fault.cause).filter(|_| code.is_none_or(FaultCode::is_of_signals)),
+            other_build: other_build(&told.machine),
+            part: told.part,
+            damage: told.damage,
             clock_steps: Vec::new(),
         });
     }
@@ -269,22 +333,33 @@ fn read_any(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
         name,
         robot,
         settings,
-        frames: candump.frames,
-        log: None,
+        records: Records::Frames(candump.frames),
+        fault: None,
+        other_build: None,
         part: Part::default(),
         damage,
         clock_steps,
     })
 }
 
-fn exact(arguments: &Arguments, recorded: &Recorded, source: &Source<'_>, file: &str) -> anyhow::Result<ExitCode> {
+/// The build that wrote a log, if it is another one.
+fn other_build(machine: &Fields) -> Option<String> {
+    let [version, commit] = ["version", "commit"].map(|name| machine.get(name).map_or("", String::as_str));
+    let is_this = version == env!("CARGO_PKG_VERSION") && commit == env!("UARM_COMMIT");
+    (!is_this).then(|| format!("uarm {version} (commit {commit})"))
+}
+
+fn exact(arguments: &Arguments, recorded: &mut Recorded, file: &str) -> anyhow::Result<ExitCode> {
     ensure!(
         arguments.plot.is_none() && arguments.csv.is_none(),
         "--plot and --csv compare two controllers: name the other one with --controller (or --robot)"
     );
-    let start = arguments.from.map_or(Start::Beginning, Start::KeyframeBefore);
-    let mut controller = recorded.robot.controller(recorded.settings.law, recorded.settings.guard)?;
-    let replay = ExactReplay::run(source, &mut controller, start).with_context(|| file.to_owned())?;
+    let begin = recorded.begin(arguments.from).with_context(|| file.to_owned())?;
+    let (robot, settings) = (recorded.robot.description.clone(), recorded.settings);
+    let mut controller = recorded.robot.controller(settings.law, settings.guard)?;
+    let mut run = ExactRun::new(&robot, &settings, &mut controller, begin).with_context(|| file.to_owned())?;
+    recorded.each_window(&mut |source| run.window(source)).with_context(|| file.to_owned())?;
+    let replay = run.finish().with_context(|| file.to_owned())?;
     if arguments.json {
         console::print_json(&Report {
             file,
@@ -332,6 +407,16 @@ fn print_exact(replay: &ExactReplay, recorded: &Recorded, file: &str, output: &m
     for difference in &replay.differences {
         writeln!(output, "    {difference}")?;
     }
+    if replay.differing_keyframes > 0 {
+        write!(output, "  DIFFERENT: the inner state in {} keyframes", replay.differing_keyframes)?;
+        match &recorded.other_build {
+            Some(build) => writeln!(output, ": the log was written by {build}, whose inner state may be another")?,
+            None => writeln!(output)?,
+        }
+    }
+    if let Some(time) = replay.faded_from {
+        writeln!(output, "  the end was asked for: torques faded from {time:.3} s on (control.stop_ramp_ms)")?;
+    }
     match (&replay.fault, replay.fault_reproduced) {
         (Some(fault), Some(true)) => writeln!(output, "  the fault is the recorded one: {fault}")?,
         (Some(fault), _) => {
@@ -377,8 +462,7 @@ fn print_recording(recorded: &Recorded, output: &mut impl Write) -> io::Result<(
 
 fn what_if(
     arguments: &Arguments,
-    recorded: &Recorded,
-    source: &Source<'_>,
+    recorded: &mut Recorded,
     file: &str,
     outputs: &OutputFiles,
 ) -> anyhow::Result<ExitCode> {
@@ -398,19 +482,30 @@ fn what_if(
     robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
     let settings =
         Settings { law, guard: arguments.adaptation.unwrap_or(recorded.settings.guard), ..recorded.settings };
-    let other = Source { robot: &robot.description, settings: &settings, ..*source };
     let mut controller = robot.controller(law, settings.guard)?;
-    let what_if = WhatIf::run(source, &other, &mut controller).with_context(|| file.to_owned())?;
+    let mut run = WhatIfRun::new(&robot.description, &settings, &mut controller).with_context(|| file.to_owned())?;
+    // Only a figure needs all of them.
+    let mut drawn = Vec::new();
+    let mut go = |each: &mut dyn FnMut(&Pair)| {
+        let draws = arguments.plot.is_some();
+        let mut take = |pair| {
+            each(&pair);
+            drawn.extend(draws.then_some(pair));
+        };
+        recorded.each_window(&mut |source| run.window(source, &mut take))
+    };
+    match &arguments.csv {
+        None => go(&mut |_| {}).with_context(|| file.to_owned())?,
+        Some(path) => outputs.write(path, |output| write_csv(go, output)).context("--csv")?,
+    }
+    let what_if = run.finish().with_context(|| file.to_owned())?;
     let other_name = match arguments.robot {
         Some(_) => format!("{} of {}", law.name(), robot.description.name),
         None => law.name().to_owned(),
     };
     if let Some(figure) = &arguments.plot {
-        let bytes = figure.render(&chart(&what_if, &recorded.name, &other_name, file)).context("--plot")?;
+        let bytes = figure.render(&chart(&drawn, &recorded.name, &other_name, file)).context("--plot")?;
         outputs.write(figure.path(), |output| output.write_all(&bytes)).context("--plot")?;
-    }
-    if let Some(path) = &arguments.csv {
-        outputs.write(path, |output| write_csv(&what_if, output)).context("--csv")?;
     }
     if arguments.json {
         let report = Report {
@@ -427,7 +522,7 @@ fn what_if(
         print_what_if(&what_if, recorded, &other_name, file, &mut console::output())?;
     }
     let whole = recorded.damage.is_empty() && what_if.lost_cycles == 0;
-    let exit = match (what_if.pairs.is_empty(), whole) {
+    let exit = match (what_if.cycles == 0, whole) {
         (true, _) => Exit::Failure,
         (false, true) => Exit::Ok,
         (false, false) => Exit::Loss,
@@ -450,9 +545,9 @@ fn print_what_if(
     let TorqueSummary { rms_difference, largest_difference, rms_recorded, rms_other } = what_if.summary;
     let of_all = match what_if.lost_cycles {
         0 => String::new(),
-        lost => format!(" of {}", what_if.pairs.len() as u64 + lost),
+        lost => format!(" of {}", what_if.cycles + lost),
     };
-    writeln!(output, "  {}{of_all} cycles, open loop: the robot did not hear it", what_if.pairs.len())?;
+    writeln!(output, "  {}{of_all} cycles, open loop: the robot did not hear it", what_if.cycles)?;
     writeln!(output, "    torque (N m)         joint 2   joint 3")?;
     let mut row =
         |name: &str, [joint_2, joint_3]: [f64; 2]| writeln!(output, "    {name:<18} {joint_2:>9.5} {joint_3:>9.5}");
@@ -466,11 +561,16 @@ fn print_what_if(
     print_recording(recorded, output)
 }
 
-fn write_csv(what_if: &WhatIf, output: &mut dyn Write) -> io::Result<()> {
+/// Writes what `go` gives: both torques of each cycle.
+fn write_csv(go: impl FnOnce(&mut dyn FnMut(&Pair)) -> anyhow::Result<()>, output: &mut dyn Write) -> io::Result<()> {
     writeln!(output, "tick,time_s,torque_recorded_2_nm,torque_recorded_3_nm,torque_other_2_nm,torque_other_3_nm")?;
-    for pair in &what_if.pairs {
+    let mut written = Ok(());
+    let mut write = |pair: &Pair| {
         let ([recorded_2, recorded_3], [other_2, other_3]) = (pair.recorded, pair.other);
-        writeln!(output, "{},{},{recorded_2},{recorded_3},{other_2},{other_3}", pair.tick, pair.time)?;
-    }
-    Ok(())
+        if written.is_ok() {
+            written = writeln!(output, "{},{},{recorded_2},{recorded_3},{other_2},{other_3}", pair.tick, pair.time);
+        }
+    };
+    go(&mut write).map_err(io::Error::other)?;
+    written
 }

@@ -2,6 +2,7 @@
 
 mod print;
 mod summary;
+mod tally;
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -11,16 +12,18 @@ use anyhow::Context;
 use clap::error::ErrorKind;
 use uarm_plot::output::FigureFile;
 
+use uarm_log::ordered::InOrder;
 use uarm_log::{candump, csv};
 
 use crate::console;
-use crate::dimensions::RunLog;
+use crate::dimensions::{ACTIVE, JOINTS, OrderedLog, RunLog};
 use crate::exit::Exit;
 use crate::inspection::{chart, panels, plain_text};
 use crate::log_files;
 use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
 use summary::Summary;
+use tally::Tally;
 
 /// What frames of a simulated robot, which has no interface, are exported under: most likely to be played back there.
 const INTERFACE_OF_SIMULATED_ROBOTS: &str = "vcan0";
@@ -104,10 +107,11 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let path = arguments.file.clone().map_or_else(log_files::newest, Ok)?;
     let outputs = OutputFiles::new(arguments.force, [path.as_path()]);
     outputs.check(arguments.output_files())?;
-    let log = RunLog::read(&path)?;
-    let robot = Robot::from_log(&path, &log.run.robot).context("the robot in the log")?;
-    let summary = Summary::of(&log, &robot);
-    export(arguments, &log, &outputs)?;
+    let mut log = OrderedLog::new(&path);
+    let robot = Robot::from_log(&path, &log.run()?.robot).context("the robot in the log")?;
+    let (tally, told) = Tally::of(&mut log, &robot)?;
+    let summary = Summary::of(&told, &tally, &robot);
+    export(arguments, &mut log, &told, &tally, &outputs)?;
     let mut output = console::output();
     if standard_output_is_taken {
         for loss in &summary.report.losses {
@@ -119,7 +123,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         print::print(&summary, &mut output)?;
     }
     if arguments.plot {
-        output.write_all(chart::plain(&panels::sheet(&log), plain_text::columns()).as_bytes())?;
+        output.write_all(chart::plain(&panels::sheet(&RunLog::read(&path)?), plain_text::columns()).as_bytes())?;
     }
     let exit = if summary.is_whole() { Exit::Ok } else { Exit::Loss };
     Ok(exit.into())
@@ -144,21 +148,56 @@ fn is_standard_output_taken(arguments: &Arguments) -> bool {
     takers > 0
 }
 
-fn export(arguments: &Arguments, log: &RunLog, outputs: &OutputFiles) -> anyhow::Result<()> {
+fn export(
+    arguments: &Arguments,
+    log: &mut OrderedLog,
+    told: &RunLog,
+    tally: &Tally,
+    outputs: &OutputFiles,
+) -> anyhow::Result<()> {
     if let Some(destination) = &arguments.csv {
-        destination.write(outputs, |output| csv::write(&log.cycles, output)).context("--csv")?;
+        destination.write(outputs, |output| write_csv(log, tally, output)).context("--csv")?;
     }
     if let Some(destination) = &arguments.candump {
-        let interface = log.run.interface().unwrap_or(INTERFACE_OF_SIMULATED_ROBOTS);
-        let write = |output: &mut dyn Write| candump::write(&log.frames, interface, log.run.axis, output);
+        let interface = told.run.interface().unwrap_or(INTERFACE_OF_SIMULATED_ROBOTS);
+        let write = |mut output: &mut dyn Write| {
+            write_each(log, |record| match record {
+                InOrder::Frame(frame) => candump::write_frame(frame, interface, told.run.axis, &mut output),
+                InOrder::Cycle(_) | InOrder::Keyframe(_) => Ok(()),
+            })
+        };
         destination.write(outputs, write).context("--candump")?;
     }
     if !arguments.figure.is_empty() {
-        let sheet = panels::sheet(log);
+        // A figure needs to know how much is to be drawn.
+        let sheet = panels::sheet(&RunLog::read(&told.path)?);
         for figure in &arguments.figure {
             let bytes = figure.render(&sheet).context("--figure")?;
             outputs.write(figure.path(), |output| output.write_all(&bytes)).context("--figure")?;
         }
     }
     Ok(())
+}
+
+fn write_csv(log: &mut OrderedLog, tally: &Tally, mut output: &mut dyn Write) -> io::Result<()> {
+    let Some(first) = &tally.first else { return Ok(()) };
+    csv::write_header(first, &tally.reporting, &mut output)?;
+    write_each(log, |record| match record {
+        InOrder::Cycle(record) => csv::write_row(record, &tally.reporting, &mut output),
+        InOrder::Frame(_) | InOrder::Keyframe(_) => Ok(()),
+    })
+}
+
+/// Goes through a log until something cannot be written.
+fn write_each(
+    log: &mut OrderedLog,
+    mut write: impl FnMut(InOrder<'_, JOINTS, ACTIVE>) -> io::Result<()>,
+) -> io::Result<()> {
+    let take = |written: &mut io::Result<()>, record: InOrder<'_, JOINTS, ACTIVE>| {
+        if written.is_ok() {
+            *written = write(record);
+        }
+    };
+    let (written, _) = log.pass(|| Ok(()), take).map_err(io::Error::other)?;
+    written
 }

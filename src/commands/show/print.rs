@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::summary::{FlightRecord, Summary};
+use super::summary::{FlightRecord, StopRamp, Summary};
 use crate::inspection::health;
 use uarm_log::description::ClockKind;
 
@@ -15,6 +15,9 @@ pub fn print(summary: &Summary, output: &mut impl Write) -> io::Result<()> {
         print_fault(fault, output)?;
     }
     summary.report.print(output)?;
+    if let Some(StopRamp { from_s, cycles }) = summary.stop_ramp {
+        writeln!(output, "  stop               torques faded from {from_s:.3} s on, in {cycles} cycles")?;
+    }
     if !summary.part.is_all() {
         writeln!(output, "  part               {}: figures are of this part alone", summary.part)?;
     }

@@ -14,7 +14,8 @@ use uarm_loop::choice::Choice;
 use uarm_loop::fault_code::FaultCode;
 use uarm_loop::recording::Severity;
 
-use crate::dimensions::{Outcome, RunLog};
+use super::tally::Tally;
+use crate::dimensions::RunLog;
 use crate::report::{COMPLETED, Ending, FAULT_CODE, RunReport, Subject};
 use crate::robot::Robot;
 
@@ -31,6 +32,8 @@ pub struct Summary {
     pub disagreements: Vec<Disagreement>,
     /// What is in the log.
     pub contents: Contents,
+    /// How the torques faded after somebody asked for the end.
+    pub stop_ramp: Option<StopRamp>,
     /// Version, commit, kernel, CPU and real-time settings.
     pub machine: Fields,
     /// Which drives moved the robot, as they said themselves.
@@ -88,6 +91,15 @@ pub struct Contents {
     pub keyframes: usize,
 }
 
+/// The ramp of a stop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct StopRamp {
+    /// Task time at which it began, s.
+    pub from_s: f64,
+    /// Cycles with fading torques.
+    pub cycles: usize,
+}
+
 /// A note that matters.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
@@ -100,15 +112,16 @@ pub struct Warning {
 }
 
 impl Summary {
-    /// The summary of a log of a run of `robot`.
-    pub fn of(log: &RunLog, robot: &Robot) -> Self {
-        let begin = begin(log);
-        let report = report(log, robot);
+    /// The summary of a log of a run of `robot`, of which `tally` has what is not in `log`: cycles and frames.
+    pub fn of(log: &RunLog, tally: &Tally, robot: &Robot) -> Self {
+        let begin = begin(log, tally);
+        let report = report(log, tally, robot);
         Self {
-            fault: log.fault.as_ref().map(|fault| flight_record(log, fault, begin)),
+            fault: log.fault.as_ref().map(|fault| flight_record(fault, tally, begin)),
             part: log.part.clone(),
             disagreements: if log.part.is_all() { disagreements(log, &report) } else { Vec::new() },
-            contents: contents(log, begin),
+            contents: contents(log, tally, begin),
+            stop_ramp: tally.stopping.map(|(from_s, cycles)| StopRamp { from_s, cycles }),
             machine: log.machine.clone(),
             drives: log.drives.clone(),
             health: log.health.last().cloned(),
@@ -124,15 +137,19 @@ impl Summary {
 }
 
 /// When the first cycle was due on the file's axis, or the file begins if it has no cycle.
-fn begin(log: &RunLog) -> u64 {
-    let first_cycle = log.cycles.first().map(|record| log.run.axis.at(record.instants.scheduled));
+fn begin(log: &RunLog, tally: &Tally) -> u64 {
+    let first_cycle = tally.first.as_ref().map(|record| log.run.axis.at(record.instants.scheduled));
     first_cycle.or_else(|| log.notes.first().map(|note| note.at)).unwrap_or_default()
 }
 
-fn report(log: &RunLog, robot: &Robot) -> RunReport {
+fn report(log: &RunLog, tally: &Tally, robot: &Robot) -> RunReport {
     let subject = Subject { robot, plant: &log.run.place, controller: &log.run.controller, clock: log.run.clock() };
-    let description = &robot.description;
-    let outcome = Outcome::of_cycles(&description.task.motion(), description.period, &log.cycles);
+    let mut outcome = tally.outcome.outcome();
+    let missed = &mut outcome.timing.missed_deadlines;
+    // The cycle that a fault ended has no record.
+    if log.fault.is_some() && number(log, "missed_deadlines") == Some(*missed + 1) {
+        *missed += 1;
+    }
     let mut report = RunReport::new(subject, ending(log), &outcome, Some(log.path.clone()));
     report.page_faults = number(log, "page_faults");
     report.records_dropped = records_dropped(log);
@@ -140,17 +157,17 @@ fn report(log: &RunLog, robot: &Robot) -> RunReport {
     if report.records_dropped > 0 {
         report.losses.push(format!("{} records were dropped: the disk was too slow", report.records_dropped));
     }
-    let logged = u64::try_from(log.cycles.len()).unwrap_or(u64::MAX);
+    let logged = u64::try_from(tally.cycles).unwrap_or(u64::MAX);
     // The last part tells the cycles of all.
     let ran = number(log, "cycles").filter(|_| log.part.is_all()).unwrap_or(logged);
     if ran > logged {
         report.losses.push(format!("{} of {ran} cycles are not in the log", ran - logged));
     }
-    let begins_late = log.cycles.first().is_some_and(|record| record.tick > 0);
+    let begins_late = tally.first.as_ref().is_some_and(|record| record.tick > 0);
     if !log.part.is_all() {
         report.is_part_of_a_run();
     }
-    if ran > logged || log.gaps() > 0 || begins_late {
+    if ran > logged || tally.has_gaps || begins_late {
         report.cycles_are_missing();
     }
     // Without an end nobody knows how many cycles ran, and how the last were.
@@ -190,27 +207,26 @@ fn disagreements(log: &RunLog, report: &RunReport) -> Vec<Disagreement> {
     report.figures().into_iter().filter_map(differs).collect()
 }
 
-fn contents(log: &RunLog, begin: u64) -> Contents {
-    let end = log.cycles.last().map_or(begin, |record| log.run.axis.at(record.instants.done));
+fn contents(log: &RunLog, tally: &Tally, begin: u64) -> Contents {
+    let end = tally.last.as_ref().map_or(begin, |record| log.run.axis.at(record.instants.done));
     Contents {
         begin: humantime::format_rfc3339_millis(UNIX_EPOCH + Duration::from_nanos(begin)).to_string(),
         duration_s: seconds_between(begin, end),
-        cycles: log.cycles.len(),
-        frames: log.frames.len(),
-        keyframes: log.keyframes.len(),
+        cycles: tally.cycles,
+        frames: tally.frames,
+        keyframes: tally.keyframes,
     }
 }
 
-fn flight_record(log: &RunLog, fault: &proto::Fault, begin: u64) -> FlightRecord {
-    let axis = log.run.axis;
-    let window = fault.window_start_ns..=fault.at_ns;
+fn flight_record(fault: &proto::Fault, tally: &Tally, begin: u64) -> FlightRecord {
+    let [cycles, frames] = tally.in_window;
     FlightRecord {
         cause: fault.cause.clone(),
         last_tick: fault.last_tick,
         at_s: seconds_between(begin, fault.at_ns),
         window_s: seconds_between(fault.window_start_ns.max(begin), fault.at_ns).max(0.0),
-        cycles: log.cycles.iter().filter(|record| window.contains(&axis.at(record.instants.done))).count(),
-        frames: log.frames.iter().filter(|frame| window.contains(&axis.at(frame.at))).count(),
+        cycles,
+        frames,
         cycles_kept: fault.cycles_kept,
         frames_kept: fault.frames_kept,
     }

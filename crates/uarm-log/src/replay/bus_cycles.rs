@@ -84,31 +84,57 @@ impl<const J: usize> BusCycle<J> {
 /// Cuts `frames`, in the order in which the master sent and received them, into cycles; `nodes` are the drives, joint 1
 /// first.
 pub fn bus_cycles<const J: usize>(frames: &[FrameRecord], nodes: [u8; J]) -> Vec<BusCycle<J>> {
-    let mut cycles: Vec<BusCycle<J>> = Vec::new();
-    let mut expected = None;
-    let mut broken = false;
     let syncs = frames.iter().filter(|record| Channel::of(record.frame.id()) == Some(Channel::Sync));
     // The counter begins again behind its largest number.
     let largest = syncs.filter_map(|sync| sync.frame.data().first().copied()).max().unwrap_or_default();
-    for record in frames {
-        broken |= expected.is_some_and(|expected| expected != record.sequence);
-        expected = Some(record.sequence.wrapping_add(1));
+    let mut cutter = BusCutter::new(nodes, largest);
+    let mut cycles: Vec<_> = frames.iter().filter_map(|record| cutter.take(record)).collect();
+    cycles.extend(cutter.finish());
+    cycles
+}
+
+/// Cuts frames that come one by one into cycles.
+#[derive(Clone, Debug)]
+pub struct BusCutter<const J: usize> {
+    nodes: [u8; J],
+    /// The largest number that a SYNC has; 1 follows.
+    largest: u8,
+    expected: Option<u32>,
+    is_broken: bool,
+    cycle: Option<BusCycle<J>>,
+}
+
+impl<const J: usize> BusCutter<J> {
+    /// For drives of these `nodes`, joint 1 first, where the counter of SYNC begins again behind `largest`.
+    pub const fn new(nodes: [u8; J], largest: u8) -> Self {
+        Self { nodes, largest, expected: None, is_broken: false, cycle: None }
+    }
+
+    /// Takes the next frame, and gives the cycle that it ends.
+    pub fn take(&mut self, record: &FrameRecord) -> Option<BusCycle<J>> {
+        self.is_broken |= self.expected.is_some_and(|expected| expected != record.sequence);
+        self.expected = Some(record.sequence.wrapping_add(1));
+        let mut ended = None;
         if Channel::of(record.frame.id()) == Some(Channel::Sync) {
             let cycle = BusCycle::new(record);
-            let previous = cycles.last().and_then(|cycle| cycle.counter);
-            broken |= previous
-                .zip(cycle.counter)
-                .is_some_and(|(previous, counter)| counter != if previous >= largest { 1 } else { previous + 1 });
-            cycles.push(cycle);
+            ended = self.cycle.replace(cycle);
+            let numbers = ended.as_ref().and_then(|previous| previous.counter).zip(cycle.counter);
+            self.is_broken |= numbers
+                .is_some_and(|(previous, counter)| counter != if previous >= self.largest { 1 } else { previous + 1 });
         }
-        if let Some(cycle) = cycles.last_mut() {
-            cycle.take(record, nodes);
-            if std::mem::take(&mut broken) {
+        if let Some(cycle) = &mut self.cycle {
+            cycle.take(record, self.nodes);
+            if std::mem::take(&mut self.is_broken) {
                 cycle.continuity = Continuity::Broken;
             }
         }
+        ended
     }
-    cycles
+
+    /// The last cycle.
+    pub const fn finish(self) -> Option<BusCycle<J>> {
+        self.cycle
+    }
 }
 
 /// The values, if all are there.

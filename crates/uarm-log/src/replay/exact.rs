@@ -5,15 +5,18 @@ use uarm_loop::estimation::AngleSource;
 use uarm_loop::hinf_control::Controller;
 use uarm_loop::keyframe::Keyframe;
 use uarm_loop::record::CycleRecord;
+use uarm_loop::robot::Robot;
 use uarm_loop::run::signal_path;
 use uarm_loop::schedule::Tick;
-use uarm_loop::signal_path::{SignalPath, Signals};
+use uarm_loop::settings::Settings;
+use uarm_loop::signal_path::{SignalFault, SignalPath, Signals};
 use uarm_loop::supervisor::Authority;
 use uarm_loop::uarm_io::time::Instant;
 
 use super::bus_cycles::{BusCycle, Continuity};
 use super::comparison::{Difference, compare};
-use super::source::{ReplayError, Source};
+use super::source::{Behind, ReplayError, Source};
+use crate::ordered::LoggedKeyframe;
 use crate::signals::Value;
 
 /// Differences that are kept; all are counted.
@@ -42,6 +45,10 @@ pub struct ExactReplay {
     pub signals: u64,
     /// Keyframes that were reached and compared.
     pub keyframes: u64,
+    /// Keyframes of them whose inner state differs; the first is one of the differences.
+    pub differing_keyframes: u64,
+    /// Of a run of which only the bus was recorded: task time from which the torques faded since somebody asked for the end, s.
+    pub faded_from: Option<f64>,
     /// Cycles in which something differs.
     pub differing_cycles: u64,
     /// The first differences, at most ten.
@@ -73,7 +80,7 @@ impl ExactReplay {
 
     /// Whether all that was compared is equal.
     pub fn is_equal(&self) -> bool {
-        self.differing_cycles == 0 && self.fault_reproduced != Some(false)
+        self.differing_cycles == 0 && self.differing_keyframes == 0 && self.fault_reproduced != Some(false)
     }
 
     /// Replays `source` with `controller`, which must be the run's, in its initial state.
@@ -85,21 +92,16 @@ impl ExactReplay {
         controller: &mut dyn Controller<f64, N>,
         start: Start,
     ) -> Result<Self, ReplayError> {
-        if source.bus.is_empty() {
-            return Err(ReplayError::NoCycles);
-        }
-        let path = signal_path(source.robot, source.settings, controller)?;
-        let mut replay = Replay { source, path, position: Position::Lost, previous: None, outcome: Self::default() };
-        replay.begin(start)?;
-        // Behind the last cycle that the loop went through, the run had ended.
-        let last_answered = source.bus.iter().rposition(|cycle| source.counts(cycle).is_some());
-        for (index, cycle) in source.bus.iter().enumerate() {
-            if Some(index) > last_answered {
-                break;
+        let begin = match start {
+            Start::Beginning => Begin::Beginning,
+            Start::KeyframeBefore(time) => {
+                let found = source.keyframes.iter().rfind(|keyframe| is_before(keyframe, time));
+                Begin::At(*found.ok_or(ReplayError::NoKeyframe(time))?)
             }
-            replay.cycle(cycle)?;
-        }
-        Ok(replay.outcome)
+        };
+        let mut replay = ExactRun::new(source.robot, source.settings, controller, begin)?;
+        replay.window(source)?;
+        replay.finish()
     }
 
     fn note(&mut self, differences: Vec<Difference>) {
@@ -120,48 +122,109 @@ enum Position {
     Ended,
 }
 
-struct Replay<'a, const J: usize, const N: usize> {
-    source: &'a Source<'a, J, N>,
+/// The state that a replay begins with.
+#[derive(Clone, Copy, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one of these")]
+pub enum Begin<const J: usize, const N: usize> {
+    /// That before the first cycle.
+    Beginning,
+    /// This keyframe.
+    At(LoggedKeyframe<J, N>),
+}
+
+/// Whether a replay from before a task `time`, s, can begin with a keyframe.
+pub fn is_before<const J: usize, const N: usize>((after, keyframe): &LoggedKeyframe<J, N>, time: f64) -> bool {
+    after.is_none() || keyframe.task_clock.time < time
+}
+
+/// A replay that is given a run window by window.
+pub struct ExactRun<'a, const J: usize, const N: usize> {
     path: SignalPath<'a, J, N>,
+    begin: Option<Begin<J, N>>,
     position: Position,
     /// The previous cycle on the bus.
     previous: Option<(u64, Instant)>,
     outcome: ExactReplay,
 }
 
-impl<const J: usize, const N: usize> Replay<'_, J, N> {
-    fn begin(&mut self, start: Start) -> Result<(), ReplayError> {
-        let keyframe = match start {
+impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
+    /// A replay of a run of `robot` with `controller`, which must be the run's, in its initial state.
+    ///
+    /// # Errors
+    /// [`ReplayError`] if it cannot begin.
+    pub fn new(
+        robot: &Robot<J, N>,
+        settings: &Settings,
+        controller: &'a mut dyn Controller<f64, N>,
+        begin: Begin<J, N>,
+    ) -> Result<Self, ReplayError> {
+        Ok(Self {
+            path: signal_path(robot, settings, controller)?,
+            begin: Some(begin),
+            position: Position::Lost,
+            previous: None,
+            outcome: ExactReplay::default(),
+        })
+    }
+
+    /// Replays the next cycles. The first window of a run that was recorded with keyframes has the first of them; each window has the
+    /// records and keyframes of its cycles.
+    ///
+    /// # Errors
+    /// [`ReplayError`] if it cannot begin or go on.
+    pub fn window(&mut self, source: &Source<'_, J, N>) -> Result<(), ReplayError> {
+        if source.bus.is_empty() {
+            return Ok(());
+        }
+        if let Some(begin) = self.begin.take() {
+            self.begin(source, begin)?;
+        }
+        // Behind the last cycle that the loop went through, the run had ended.
+        let last_answered = match source.behind {
+            Behind::Nothing => source.bus.iter().rposition(|cycle| source.counts(cycle).is_some()),
+            Behind::More => source.bus.len().checked_sub(1),
+        };
+        for (index, cycle) in source.bus.iter().enumerate() {
+            if Some(index) > last_answered {
+                break;
+            }
+            self.cycle(source, cycle)?;
+        }
+        Ok(())
+    }
+
+    /// What came of it.
+    ///
+    /// # Errors
+    /// [`ReplayError::NoCycles`] if there was none.
+    pub fn finish(self) -> Result<ExactReplay, ReplayError> {
+        if self.begin.is_some() { Err(ReplayError::NoCycles) } else { Ok(self.outcome) }
+    }
+
+    fn begin(&mut self, source: &Source<'_, J, N>, begin: Begin<J, N>) -> Result<(), ReplayError> {
+        match begin {
             // Of a run that was not recorded with keyframes, the first state is that of the configuration.
-            Start::Beginning if self.source.keyframes.is_empty() => {
-                if let Some(counter) =
-                    self.source.bus.first().and_then(|cycle| cycle.counter).filter(|first| *first > 1)
-                {
+            Begin::Beginning if source.keyframes.is_empty() => {
+                let counter = source.bus.first().and_then(|cycle| cycle.counter);
+                if let Some(counter) = counter.filter(|first| *first > 1) {
                     return Err(ReplayError::BeginsLate(counter));
                 }
                 self.position = Position::After(None);
                 return Ok(());
             }
-            Start::Beginning => self.source.keyframes.iter().find(|(after, _)| self.is_before_all_cycles(*after)),
-            Start::KeyframeBefore(time) => {
-                let before = |(after, keyframe): &&(Option<u64>, Keyframe<J, N>)| {
-                    after.is_none() || keyframe.task_clock.time < time
-                };
-                let found = self.source.keyframes.iter().rfind(before);
-                Some(found.ok_or(ReplayError::NoKeyframe(time))?)
+            // A log that lost its beginning is taken up at its first keyframe.
+            Begin::Beginning => {
+                let first_tick = source.records.first().map(|first| first.tick);
+                let is_first =
+                    |after: Option<u64>| after.is_none_or(|after| first_tick.is_some_and(|tick| after < tick));
+                if let Some((after, keyframe)) = source.keyframes.iter().find(|(after, _)| is_first(*after)) {
+                    self.thaw(*after, keyframe)?;
+                }
             }
-        };
-        // A log that lost its beginning is taken up at its first keyframe.
-        if let Some((after, keyframe)) = keyframe {
-            self.thaw(*after, keyframe)?;
+            Begin::At((after, keyframe)) => self.thaw(after, &keyframe)?,
         }
         self.outcome.from = self.path.task_clock.freeze().time;
         Ok(())
-    }
-
-    /// Whether a keyframe is that of the beginning: of the run, or of a later part of it.
-    fn is_before_all_cycles(&self, after: Option<u64>) -> bool {
-        after.is_none_or(|after| self.source.records.first().is_some_and(|first| after < first.tick))
     }
 
     fn thaw(&mut self, after: Option<u64>, keyframe: &Keyframe<J, N>) -> Result<(), ReplayError> {
@@ -170,8 +233,8 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
         Ok(())
     }
 
-    fn cycle(&mut self, cycle: &BusCycle<J>) -> Result<(), ReplayError> {
-        let tick = self.source.tick(cycle, self.previous);
+    fn cycle(&mut self, source: &Source<'_, J, N>, cycle: &BusCycle<J>) -> Result<(), ReplayError> {
+        let tick = source.tick(cycle, self.previous);
         self.previous = Some((tick.index, cycle.sync_at));
         match self.position {
             // Cycles before the beginning.
@@ -184,13 +247,13 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
             }
             Position::Lost | Position::Ended => {}
         }
-        match (self.position, self.source.counts(cycle)) {
-            (Position::After(_), Some(counts)) => self.step(cycle, &tick, counts),
+        match (self.position, source.counts(cycle)) {
+            (Position::After(_), Some(counts)) => self.step(source, cycle, &tick, counts),
             // The live loop took in a count that is missing here.
             (Position::After(_) | Position::Lost, None) | (Position::Lost, _) => {
                 self.position = Position::Lost;
                 self.outcome.lost_cycles += 1;
-                self.resume(tick.index)?;
+                self.resume(source, tick.index)?;
             }
             (Position::Ended, _) => {}
         }
@@ -198,27 +261,22 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
     }
 
     /// Goes on behind a gap, if there is a keyframe of this cycle.
-    fn resume(&mut self, tick: u64) -> Result<(), ReplayError> {
-        if let Some((after, keyframe)) = self.source.keyframes.iter().find(|(after, _)| *after == Some(tick)) {
+    fn resume(&mut self, source: &Source<'_, J, N>, tick: u64) -> Result<(), ReplayError> {
+        if let Some((after, keyframe)) = source.keyframes.iter().find(|(after, _)| *after == Some(tick)) {
             self.thaw(*after, keyframe)?;
             self.outcome.resumed += 1;
         }
         Ok(())
     }
 
-    fn step(&mut self, cycle: &BusCycle<J>, tick: &Tick, counts: [Option<i32>; J]) {
-        let recorded = self.source.record(cycle.sync_at);
-        if recorded.is_none()
-            && !self.source.records.is_empty()
-            && self.source.is_last(cycle)
-            && self.source.fault.is_none()
-        {
+    fn step(&mut self, source: &Source<'_, J, N>, cycle: &BusCycle<J>, tick: &Tick, counts: [Option<i32>; J]) {
+        let recorded = source.record(cycle.sync_at);
+        if recorded.is_none() && !source.records.is_empty() && source.is_last(cycle) && source.fault.is_none() {
             // A killed process: the cycle may not have been completed.
             self.position = Position::Ended;
             return;
         }
-        let authority = recorded.map_or(Authority::Full, |record| record.authority);
-        match self.path.step(tick, cycle.sync_at, &counts, self.source.robot.period, authority) {
+        match self.signals(source, cycle, tick, &counts) {
             Ok(signals) => {
                 if recorded.is_none() && signals.estimate.is_predicted() && !self.has_sent(cycle, &signals) {
                     // The loop had the answer that is missing in the file.
@@ -232,18 +290,56 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
                 self.outcome.missing_positions += if recorded.is_none() { predicted } else { 0 };
                 let mut differences = match recorded {
                     Some(recorded) => self.compare(recorded, tick, cycle, &signals),
-                    None => self.compare_sent(cycle, tick, &signals),
+                    None => self.compare_sent(source, cycle, tick, &signals),
                 };
-                differences.extend(self.compare_keyframe(tick));
+                differences.extend(self.compare_keyframe(source, tick));
                 self.outcome.note(differences);
             }
             Err(fault) => {
                 self.position = Position::Ended;
                 let fault = fault.to_string();
-                self.outcome.fault_reproduced = Some(self.source.fault.is_some_and(|cause| cause.contains(&fault)));
+                self.outcome.fault_reproduced = Some(source.fault.is_some_and(|cause| cause.contains(&fault)));
                 self.outcome.fault = Some(fault);
             }
         }
+    }
+
+    /// The signals of a cycle. Where only the bus was recorded, nothing says that somebody asked for the end, but that near the end of
+    /// the recording the torques are those of the ramp.
+    fn signals(
+        &mut self,
+        source: &Source<'_, J, N>,
+        cycle: &BusCycle<J>,
+        tick: &Tick,
+        counts: &[Option<i32>; J],
+    ) -> Result<Signals<J, N>, SignalFault> {
+        let period = source.robot.period;
+        if let Some(record) = source.record(cycle.sync_at) {
+            return self.path.step(tick, cycle.sync_at, counts, period, record.authority);
+        }
+        if self.outcome.faded_from.is_some() {
+            return self.path.step(tick, cycle.sync_at, counts, period, Authority::Fading);
+        }
+        let before = self.path.freeze();
+        let full = self.path.step(tick, cycle.sync_at, counts, period, Authority::Full);
+        let ramp = self.path.torque.fade.ramp().duration() + 2 * period.duration();
+        let may_fade = source.records.is_empty()
+            && source.bus.last().is_some_and(|last| last.sync_at.since(cycle.sync_at) <= ramp)
+            && cycle.sent.iter().any(Option::is_some);
+        let Ok(signals) = &full else { return full };
+        if !may_fade || self.has_sent(cycle, signals) || self.path.thaw(&before).is_err() {
+            return full;
+        }
+        let fading = self.path.step(tick, cycle.sync_at, counts, period, Authority::Fading);
+        if let Ok(signals) = &fading
+            && self.has_sent(cycle, signals)
+        {
+            self.outcome.faded_from = Some(signals.time);
+            return fading;
+        }
+        // It can be put back: it was before.
+        let _ = self.path.thaw(&before);
+        self.path.step(tick, cycle.sync_at, counts, period, Authority::Full)
     }
 
     fn compare(
@@ -273,9 +369,15 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
     }
 
     /// Where only the bus was recorded, the torques on it are what there is to compare.
-    fn compare_sent(&mut self, cycle: &BusCycle<J>, tick: &Tick, signals: &Signals<J, N>) -> Vec<Difference> {
+    fn compare_sent(
+        &mut self,
+        source: &Source<'_, J, N>,
+        cycle: &BusCycle<J>,
+        tick: &Tick,
+        signals: &Signals<J, N>,
+    ) -> Vec<Difference> {
         // What follows the last SYNC may be the stop that ended the run, with torque 0.
-        if self.source.is_last(cycle) {
+        if source.is_last(cycle) {
             if cycle.sent.iter().all(|sent| sent.unwrap_or(0) == 0) {
                 return Vec::new();
             }
@@ -317,12 +419,15 @@ impl<const J: usize, const N: usize> Replay<'_, J, N> {
     }
 
     /// The inner state as well, wherever the run recorded it.
-    fn compare_keyframe(&mut self, tick: &Tick) -> Option<Difference> {
-        let keyframes = self.source.keyframes;
+    fn compare_keyframe(&mut self, source: &Source<'_, J, N>, tick: &Tick) -> Option<Difference> {
+        let keyframes = source.keyframes;
         let index = keyframes.binary_search_by_key(&Some(tick.index), |(after, _)| *after).ok()?;
         let (_, recorded) = keyframes.get(index)?;
         self.outcome.keyframes += 1;
-        (self.path.freeze() != *recorded).then(|| Difference {
+        let differs = self.path.freeze() != *recorded;
+        self.outcome.differing_keyframes += u64::from(differs);
+        // Where one state differs, all that follow do: told once.
+        (differs && self.outcome.differing_keyframes == 1).then(|| Difference {
             tick: tick.index,
             time: recorded.task_clock.time,
             signal: "inner state equals the keyframe".to_owned(),

@@ -9,6 +9,7 @@
 //! | [`comparison`] | two records, bit for bit |
 //! | [`exact`] | the run again, as it was |
 //! | [`what_if`] | another law or robot on the same measurements |
+//! | [`windows`] | a run in windows, in bounded memory |
 
 pub mod bus_cycles;
 pub mod comparison;
@@ -16,3 +17,4 @@ pub mod exact;
 pub mod one_clock;
 pub mod source;
 pub mod what_if;
+pub mod windows;

@@ -12,7 +12,16 @@ use uarm_loop::uarm_io::time::Instant;
 
 use super::bus_cycles::{BusCycle, Continuity};
 
-/// What is replayed.
+/// What follows what is on the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Behind {
+    /// Nothing: it is all, or the end.
+    Nothing,
+    /// More, in another window.
+    More,
+}
+
+/// What is replayed, or a window of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a, const J: usize, const N: usize> {
     /// The robot of the run.
@@ -27,6 +36,8 @@ pub struct Source<'a, const J: usize, const N: usize> {
     pub keyframes: &'a [(Option<u64>, Keyframe<J, N>)],
     /// Why the run failed, if it did.
     pub fault: Option<&'a str>,
+    /// What follows.
+    pub behind: Behind,
 }
 
 impl<'a, const J: usize, const N: usize> Source<'a, J, N> {
@@ -62,7 +73,7 @@ impl<'a, const J: usize, const N: usize> Source<'a, J, N> {
 
     /// Whether nothing on the bus follows a cycle.
     pub(super) fn is_last(&self, cycle: &BusCycle<J>) -> bool {
-        self.bus.last().is_some_and(|last| last.sync_at == cycle.sync_at)
+        self.behind == Behind::Nothing && self.bus.last().is_some_and(|last| last.sync_at == cycle.sync_at)
     }
 
     /// The tick of a cycle: as recorded, or from the distance of its SYNC to the previous one.

@@ -4,10 +4,13 @@
 use uarm_loop::dimensions;
 use uarm_loop::guard::JointLimits;
 use uarm_loop::hinf_control::Controller;
+use uarm_loop::robot::Robot;
 use uarm_loop::run::signal_path;
 use uarm_loop::saturation::SaturationWatch;
+use uarm_loop::settings::Settings;
 use uarm_loop::signal_path::SignalPath;
 use uarm_loop::supervisor::Authority;
+use uarm_loop::uarm_io::time::Instant;
 
 use super::bus_cycles::{BusCycle, Continuity};
 use super::source::{ReplayError, Source};
@@ -59,43 +62,113 @@ impl<const N: usize> WhatIf<N> {
         other: &Source<'_, J, N>,
         controller: &mut dyn Controller<f64, N>,
     ) -> Result<Self, ReplayError> {
-        if source.bus.is_empty() {
-            return Err(ReplayError::NoCycles);
-        }
-        let mut path = signal_path(other.robot, other.settings, controller)?;
+        let mut pairs = Vec::new();
+        let mut run = WhatIfRun::new(other.robot, other.settings, controller)?;
+        run.window(source, &mut |pair| pairs.push(pair))?;
+        let WhatIfOutcome { lost_cycles, summary, .. } = run.finish()?;
+        Ok(Self { pairs, lost_cycles, summary })
+    }
+}
+
+/// A what-if that is given a run window by window.
+pub struct WhatIfRun<'a, const J: usize, const N: usize> {
+    path: SignalPath<'a, J, N>,
+    has_begun: bool,
+    previous: Option<(u64, Instant)>,
+    lost_cycles: u64,
+    sums: TorqueSums<N>,
+}
+
+/// What came of a what-if, but for its pairs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WhatIfOutcome<const N: usize> {
+    /// Cycles that were replayed.
+    pub cycles: u64,
+    /// Cycles that could not be replayed.
+    pub lost_cycles: u64,
+    /// The torques of both, and their difference.
+    pub summary: TorqueSummary<N>,
+}
+
+impl<'a, const J: usize, const N: usize> WhatIfRun<'a, J, N> {
+    /// Of `controller` with this robot and these settings.
+    ///
+    /// # Errors
+    /// [`ReplayError`] if it cannot begin.
+    pub fn new(
+        robot: &Robot<J, N>,
+        settings: &Settings,
+        controller: &'a mut dyn Controller<f64, N>,
+    ) -> Result<Self, ReplayError> {
+        let mut path = signal_path(robot, settings, controller)?;
         open_loop(&mut path);
-        if let Some((_, keyframe)) = source.keyframes.iter().find(|(after, _)| after.is_none()) {
-            path.thaw_measured(keyframe)
-                .map_err(|source| ReplayError::Keyframe { time: keyframe.task_clock.time, source })?;
+        Ok(Self { path, has_begun: false, previous: None, lost_cycles: 0, sums: TorqueSums::default() })
+    }
+
+    /// Gives each cycle of the next window of the run that can be replayed to `take`.
+    ///
+    /// # Errors
+    /// [`ReplayError`] if it cannot begin.
+    pub fn window(&mut self, source: &Source<'_, J, N>, take: &mut dyn FnMut(Pair<N>)) -> Result<(), ReplayError> {
+        if source.bus.is_empty() {
+            return Ok(());
         }
-        let (mut pairs, mut lost_cycles) = (Vec::new(), 0);
-        let mut previous = None;
-        for (index, cycle) in source.bus.iter().enumerate() {
-            let tick = source.tick(cycle, previous);
-            previous = Some((tick.index, cycle.sync_at));
-            let recorded = source
-                .record(cycle.sync_at)
-                .map(|record| record.torque_applied)
-                // Only the bus was recorded: what the drives were told.
-                .or_else(|| sent_torque(source, cycle));
-            let (Some(counts), Some(recorded), Continuity::Whole) = (source.counts(cycle), recorded, cycle.continuity)
-            else {
-                // In the cycle that ended the run, no torque was sent.
-                let is_end = index + 1 == source.bus.len() && recorded.is_none();
-                lost_cycles += u64::from(!is_end);
-                continue;
-            };
-            // A count that the other robot's encoders would not believe is one cycle less.
-            let authority = source.record(cycle.sync_at).map_or(Authority::Full, |record| record.authority);
-            match path.step(&tick, cycle.sync_at, &counts, source.robot.period, authority) {
-                Ok(signals) => {
-                    let other = signals.torque.limited.applied.into();
-                    pairs.push(Pair { tick: tick.index, time: signals.time, recorded, other });
-                }
-                Err(_) => lost_cycles += 1,
+        if !self.has_begun {
+            self.has_begun = true;
+            if let Some((_, keyframe)) = source.keyframes.iter().find(|(after, _)| after.is_none()) {
+                self.path
+                    .thaw_measured(keyframe)
+                    .map_err(|source| ReplayError::Keyframe { time: keyframe.task_clock.time, source })?;
             }
         }
-        Ok(Self { summary: TorqueSummary::of(&pairs), pairs, lost_cycles })
+        for cycle in source.bus {
+            if let Some(pair) = self.cycle(source, cycle) {
+                self.sums.add(&pair);
+                take(pair);
+            }
+        }
+        Ok(())
+    }
+
+    fn cycle(&mut self, source: &Source<'_, J, N>, cycle: &BusCycle<J>) -> Option<Pair<N>> {
+        let tick = source.tick(cycle, self.previous);
+        self.previous = Some((tick.index, cycle.sync_at));
+        let recorded = source
+            .record(cycle.sync_at)
+            .map(|record| record.torque_applied)
+            // Only the bus was recorded: what the drives were told.
+            .or_else(|| sent_torque(source, cycle));
+        let (Some(counts), Some(recorded), Continuity::Whole) = (source.counts(cycle), recorded, cycle.continuity)
+        else {
+            // In the cycle that ended the run, no torque was sent.
+            let is_end = source.is_last(cycle) && recorded.is_none();
+            self.lost_cycles += u64::from(!is_end);
+            return None;
+        };
+        // A count that the other robot's encoders would not believe is one cycle less.
+        let authority = source.record(cycle.sync_at).map_or(Authority::Full, |record| record.authority);
+        match self.path.step(&tick, cycle.sync_at, &counts, source.robot.period, authority) {
+            Ok(signals) => {
+                let other = signals.torque.limited.applied.into();
+                Some(Pair { tick: tick.index, time: signals.time, recorded, other })
+            }
+            Err(_) => {
+                self.lost_cycles += 1;
+                None
+            }
+        }
+    }
+
+    /// What came of it.
+    ///
+    /// # Errors
+    /// [`ReplayError::NoCycles`] if there was none.
+    pub fn finish(self) -> Result<WhatIfOutcome<N>, ReplayError> {
+        if !self.has_begun {
+            return Err(ReplayError::NoCycles);
+        }
+        let cycles = u64::from(self.sums.count);
+        Ok(WhatIfOutcome { cycles, lost_cycles: self.lost_cycles, summary: self.sums.summary() })
     }
 }
 
@@ -108,18 +181,49 @@ fn sent_torque<const J: usize, const N: usize>(source: &Source<'_, J, N>, cycle:
     Some(dimensions::active::<J, N>(&torque).into())
 }
 
-impl<const N: usize> TorqueSummary<N> {
-    fn of(pairs: &[Pair<N>]) -> Self {
-        let each_rms = |value: fn(&Pair<N>, usize) -> f64| {
-            std::array::from_fn(|joint| rms(pairs.iter().map(|pair| value(pair, joint))))
-        };
+/// Sums of squares and maxima on the way to a summary.
+#[derive(Clone, Copy, Debug)]
+struct TorqueSums<const N: usize> {
+    count: u32,
+    squared_difference: [f64; N],
+    largest_difference: [f64; N],
+    squared_recorded: [f64; N],
+    squared_other: [f64; N],
+}
+
+impl<const N: usize> Default for TorqueSums<N> {
+    fn default() -> Self {
+        let zero = [0.0; N];
         Self {
-            rms_difference: each_rms(|pair, joint| pair.other[joint] - pair.recorded[joint]),
-            largest_difference: std::array::from_fn(|joint| {
-                pairs.iter().map(|pair| (pair.other[joint] - pair.recorded[joint]).abs()).fold(0.0, f64::max)
-            }),
-            rms_recorded: each_rms(|pair, joint| pair.recorded[joint]),
-            rms_other: each_rms(|pair, joint| pair.other[joint]),
+            count: 0,
+            squared_difference: zero,
+            largest_difference: zero,
+            squared_recorded: zero,
+            squared_other: zero,
+        }
+    }
+}
+
+impl<const N: usize> TorqueSums<N> {
+    fn add(&mut self, pair: &Pair<N>) {
+        self.count = self.count.saturating_add(1);
+        for joint in 0..N {
+            let (recorded, other) = (pair.recorded[joint], pair.other[joint]);
+            let difference = other - recorded;
+            self.squared_difference[joint] += difference * difference;
+            self.largest_difference[joint] = self.largest_difference[joint].max(difference.abs());
+            self.squared_recorded[joint] += recorded * recorded;
+            self.squared_other[joint] += other * other;
+        }
+    }
+
+    fn summary(&self) -> TorqueSummary<N> {
+        let rms = |sums: [f64; N]| sums.map(|sum| (sum / f64::from(self.count.max(1))).sqrt());
+        TorqueSummary {
+            rms_difference: rms(self.squared_difference),
+            largest_difference: self.largest_difference,
+            rms_recorded: rms(self.squared_recorded),
+            rms_other: rms(self.squared_other),
         }
     }
 }
@@ -131,9 +235,4 @@ fn open_loop<const J: usize, const N: usize>(path: &mut SignalPath<'_, J, N>) {
     path.guard.tracking_error = f64::INFINITY;
     path.guard.start_tolerance = f64::INFINITY;
     path.saturation = SaturationWatch::unlimited();
-}
-
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0_u32), |(sum, count), value| (sum + value * value, count + 1));
-    (sum / f64::from(count.max(1))).sqrt()
 }

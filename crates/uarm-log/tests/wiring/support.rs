@@ -1,7 +1,7 @@
 //! A run that is short enough to be worked out by hand.
 
 use uarm_log::replay::bus_cycles::{BusCycle, Continuity};
-use uarm_log::replay::source::Source;
+use uarm_log::replay::source::{Behind, Source};
 use uarm_log::uarm_loop::guard::JointLimits;
 use uarm_log::uarm_loop::hinf_control::{
     AdaptationStatus, Command, Controller, Disturbance, FrozenState, Law, Measurement, QuinticReference, Reference,
@@ -133,7 +133,7 @@ pub struct Run {
 impl Run {
     pub fn source(&self) -> Source<'_, 3, 2> {
         let Self { robot, settings, bus, records, keyframes, fault } = self;
-        Source { robot, settings, bus, records, keyframes, fault: *fault }
+        Source { robot, settings, bus, records, keyframes, fault: *fault, behind: Behind::Nothing }
     }
 
     /// The same run of which only the bus was recorded.
