@@ -18,6 +18,7 @@
 //! | [`text_file`] | text files that people write, read in bounded memory |
 //! | [`exit`], [`error_text`] | exit codes; errors in words |
 //! | [`bus_observation`] | what is heard on a bus by somebody who sends nothing |
+//! | [`realtime`] | how the thread of a loop is scheduled |
 //! | [`sdo_access`] | SDO access to drives that a run has stopped |
 //! | [`eds`] | what makers' dictionaries say |
 //! | [`dimensions`] | the one place that says how many joints the robot has |
@@ -40,6 +41,7 @@ pub mod inspection;
 pub mod log_files;
 pub mod options;
 pub mod output_files;
+pub mod realtime;
 pub mod reference;
 pub mod report;
 pub mod robot;

@@ -303,6 +303,9 @@ fn drive(joint: &Joint) -> anyhow::Result<DriveParameters> {
     .with_context(|| joint.name.clone())
     .map(|drive| {
         let unit = joint.torque_scale.rated_torque.unit();
-        drive.with_rated_torque_unit(unit).behind(joint.torque_scale.transmission)
+        drive
+            .with_rated_torque_unit(unit)
+            .behind(joint.torque_scale.transmission)
+            .with_limit_switches(joint.limits.position)
     })
 }

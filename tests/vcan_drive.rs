@@ -189,7 +189,8 @@ fn a_torque_test_that_is_interrupted_brakes_and_nobody_else_gets_a_torque() {
     let bus = Bus::open();
     let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
     let robot_file = workshop.robot();
-    let test = ["drive", "torque-test", "--can", INTERFACE, "--node", "2", "--per-mille", "20", "--robot"];
+    let test =
+        ["drive", "torque-test", "--can", INTERFACE, "--node", "2", "--per-mille", "20", "--rt", "prefer", "--robot"];
     let refused = workshop.command().args(test).arg(&robot_file).output().unwrap();
     assert_eq!(refused.status.code(), Some(1));
     assert!(describe(&refused).contains("no terminal"), "{}", describe(&refused));

@@ -97,9 +97,10 @@ fn referenced(
             .with_context(|| format!("{name} (node {node}) is not referenced any more"))?;
         changed.joints[*joint].encoder.zero_counts = reference.zero_counts;
         lines.push(format!(
-            "  {name}: reference of {} at {} deg; now at {:.2} deg ({} counts)",
+            "  {name}: reference of {} at {} deg{}; now at {:.2} deg ({} counts)",
             reference.date,
             reference.angle_deg,
+            reference.how(),
             angle.to_degrees(),
             found.position
         ));

@@ -38,6 +38,8 @@ pub struct JointReference {
     pub angle_deg: f64,
     /// 6064h there.
     pub position_counts: i32,
+    /// The method by which the drive itself found it, 6098h; absent for a pose.
+    pub homing_method: Option<i8>,
     /// 6064h at angle zero, which follows from them.
     pub zero_counts: i32,
     /// The robot file's counts per revolution, from which it follows.
@@ -58,10 +60,25 @@ pub struct JointReference {
     pub power_marker: Option<ObjectWrite>,
 }
 
+impl JointReference {
+    /// By what it was found, in words to be appended; nothing for a pose.
+    pub fn how(&self) -> String {
+        self.homing_method.map_or_else(String::new, |method| format!(" by homing method {method}"))
+    }
+}
+
 impl References {
     /// These references.
     pub const fn new(joints: Vec<JointReference>) -> Self {
         Self { schema: SCHEMA, joints }
+    }
+
+    /// These references with `joint` in the place of what they say of its node.
+    #[must_use]
+    pub fn with(mut self, joint: JointReference) -> Self {
+        self.joints.retain(|other| other.node != joint.node);
+        self.joints.push(joint);
+        self
     }
 
     /// Where the references of the robot file `robot` are: `my-robot.toml` has `my-robot.reference.toml`.

@@ -25,6 +25,7 @@ fn reference(robot: &Robot) -> References {
         date: "2026-01-01T00:00:00Z".to_owned(),
         angle_deg: 20.0,
         position_counts: 2_000,
+        homing_method: None,
         zero_counts: 126,
         counts_per_revolution: 33_739,
         gear_ratio: None,

@@ -176,6 +176,21 @@ pub struct Encoder {
     pub power_marker: Option<ObjectWrite>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub referenced_bit: Option<u8>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub homing: Option<Homing>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Homing {
+    pub method: i8,
+    pub speeds: [u32; 2],
+    pub acceleration: Option<u32>,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub offset: i32,
+    pub counts_at_home: Option<i32>,
+    pub angle_deg: f64,
+    pub travel_deg: f64,
+    pub timeout_s: Option<u16>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]

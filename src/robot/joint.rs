@@ -11,6 +11,7 @@ use uarm_loop::robot::Joint;
 use super::drive::{DriveCheck, check_identifiers};
 use super::error::{Checker, RobotError};
 use super::file::{self, ReferenceKind, RobotFile, Role};
+use super::homing;
 use crate::dimensions::JOINTS;
 
 /// The highest node id of a drive: 127 is the controller's.
@@ -126,6 +127,7 @@ fn encoder(
     let field = |name: &str| format!("joints[{index}].encoder.{name}");
     let encoder = &joint.encoder;
     reference(encoder, &field, check)?;
+    homing::check(index, joint, check)?;
     let counts = encoder.counts_per_revolution;
     let counts_per_revolution = CountsPerRevolution::behind(counts, gear)
         .map_err(|error| check.refuse(field("counts_per_revolution"), counts, error.to_string()))?;

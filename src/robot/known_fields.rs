@@ -24,6 +24,7 @@ pub fn beside(field: &str) -> String {
         ["bus", "odrive"] => fields_of::<file::Odrive>(),
         ["joints"] => fields_of::<file::Joint>(),
         ["joints", "encoder"] => fields_of::<file::Encoder>(),
+        ["joints", "encoder", "homing"] => fields_of::<file::Homing>(),
         ["joints", "encoder", "power_marker"] | ["joints", "drive", "writes"] => fields_of::<file::ObjectWrite>(),
         ["joints", "drive"] => fields_of::<file::Drive>(),
         ["joints", "drive", "identity"] => fields_of::<file::Identity>(),
@@ -97,7 +98,7 @@ mod tests {
     fn fields_that_are_left_out_are_named_too() {
         let encoder = beside("joints.1.encoder.refrence");
         assert!(
-            ["counts_per_revolution", "reference", "power_marker", "referenced_bit"]
+            ["counts_per_revolution", "reference", "power_marker", "referenced_bit", "homing"]
                 .iter()
                 .all(|key| encoder.contains(key))
         );

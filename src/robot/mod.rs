@@ -11,6 +11,7 @@
 //! | [`demand`] | what the motion asks of the joints, and whether they have it |
 //! | `acceleration` | how fast the joints can change their velocities |
 //! | `joint` | encoders, gears, torque scales and limits |
+//! | [`homing`] | how a drive finds its home position by itself |
 //! | `drive` | what the master wants of a drive |
 //! | `bus` | the bus and its time budget |
 //! | `known_fields` | which fields a table may have |
@@ -26,6 +27,7 @@ mod drive;
 pub mod error;
 pub mod file;
 pub mod fuzzy_sets;
+pub mod homing;
 mod joint;
 mod known_fields;
 pub mod overrides;
@@ -125,6 +127,15 @@ impl Robot {
         let task = &robot.description.task.reference;
         demand::check(&robot.description, &robot.model, task, demand::TASK, &check)?;
         Ok(robot)
+    }
+
+    /// How the drive of a joint, counted from 0, finds its home position by itself; `None` if the file does not say.
+    ///
+    /// # Errors
+    /// As [`Robot::load`], if the file was changed since it was checked.
+    pub fn homing(&self, joint: usize) -> Result<Option<homing::Homing>, RobotError> {
+        let check = Checker::new(Path::new(BUILT_IN_NAME));
+        self.file.joints.get(joint).map_or(Ok(None), |of_file| homing::check(joint, of_file, &check))
     }
 
     /// Checks a robot file as written; `name` and `text` say where it came from.

@@ -14,6 +14,8 @@ pub fn read<T: DeserializeOwned>(name: &Path, text: &str) -> Result<(T, Vec<Stri
     let syntax = |source| RobotError::Syntax { file: name.to_owned(), source: Box::new(source) };
     let mut unknown = Vec::new();
     let deserializer = toml::Deserializer::parse(text).map_err(syntax)?;
-    let file = serde_ignored::deserialize(deserializer, |path| unknown.push(path.to_string())).map_err(syntax)?;
+    // What may be left out has a step `?` of its own in the path.
+    let file = serde_ignored::deserialize(deserializer, |path| unknown.push(path.to_string().replace(".?", "")));
+    let file = file.map_err(syntax)?;
     Ok((file, unknown))
 }

@@ -30,7 +30,7 @@ impl Joint {
 
 /// How plant time passes.
 ///
-/// In both cases it begins with the first SYNC at which all drives are in *Operation enabled*; before that nothing moves.
+/// In both cases it begins with the first SYNC at which a drive is in *Operation enabled*; before that nothing moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pacing {
     /// Each further SYNC moves the plant on by one period with the torques held: what happens does not depend on when it
@@ -177,7 +177,7 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
         &self.plant
     }
 
-    /// Whether plant time passes: all drives have been enabled at a SYNC since they were last reset.
+    /// Whether plant time passes: a drive has been enabled at a SYNC since they were last reset.
     pub const fn is_running(&self) -> bool {
         matches!(self.run, Run::Since(_))
     }
@@ -294,7 +294,7 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
         self.catch_up(now);
         match (self.run, self.pacing) {
             (Run::Waiting, _) => {
-                if self.drives.iter().all(|drive| drive.power_state() == PowerState::OperationEnabled) {
+                if self.drives.iter().any(|drive| drive.power_state() == PowerState::OperationEnabled) {
                     self.run = Run::Since(now);
                 }
             }

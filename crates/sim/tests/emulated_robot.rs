@@ -50,7 +50,7 @@ fn objects_are_read_and_written_by_sdo() {
     assert_eq!(name.as_str(), Some("UARM emulated drive"), "19 bytes: a segmented transfer");
     assert_eq!(master.write(1, 0x6064, 0, Value::Integer32(0)), Err(0x0601_0002), "read only");
     assert_eq!(master.write(1, 0x6060, 0, Value::Integer8(8)), Err(0x0609_0030), "mode out of range");
-    assert_eq!(master.read(1, 0x6099, 1, DataType::Unsigned32), Err(0x0602_0000), "no such object");
+    assert_eq!(master.read(1, 0x6081, 0, DataType::Unsigned32), Err(0x0602_0000), "no such object");
 }
 
 #[test]
@@ -152,18 +152,26 @@ fn lockstep_moves_one_period_per_sync() {
 }
 
 #[test]
-fn nothing_moves_before_all_drives_are_enabled() {
+fn nothing_moves_before_a_drive_is_enabled_and_then_only_its_joint() {
     let mut master = Master::with_robot(lockstep());
     master.enable();
-    master.command(1, Command::SwitchOn, 0);
+    (1..=3).for_each(|node| master.command(node, Command::SwitchOn, 0));
     let start = master.position();
     for _ in 0..10 {
         master.sync();
-        master.command(2, Command::EnableOperation, 500);
         master.wait(PERIOD);
     }
     assert_eq!(master.position(), start);
     assert_eq!(master.link.robot().plant().time(), Duration::ZERO);
+    for _ in 0..11 {
+        master.command(2, Command::EnableOperation, 500);
+        master.heartbeat();
+        master.sync();
+        master.wait(PERIOD);
+    }
+    assert_eq!(master.link.robot().plant().time(), PERIOD * 10, "the first SYNC is plant time zero");
+    assert!(master.position().y > start.y);
+    assert_eq!((master.position().x, master.position().z), (start.x, start.z), "brakes hold the others");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod check;
 mod confirmation;
 mod direction;
+mod enabled;
 pub(super) mod node;
 mod patient_link;
 mod profiles;
@@ -31,7 +32,7 @@ enum Command {
     Profiles(profiles::Arguments),
     /// Tell which way a joint counts, while somebody turns it with the motor off
     Direction(direction::Arguments),
-    /// Tell where the joints with incremental encoders are, in a pose that somebody confirms
+    /// Tell where the joints with incremental encoders are, in a pose that somebody confirms, or by a drive's own homing
     Reference(reference::Arguments),
     /// Put a small torque on one joint, watched: does it move, and which way does it count then? THE MOTOR MOVES
     TorqueTest(torque_test::Arguments),

@@ -65,7 +65,7 @@ pub struct Arguments {
     /// How plant time passes
     #[arg(long, value_enum, default_value_t, value_name = "PACING")]
     pacing: PacingChoice,
-    /// What disturbs the joints, counted from the first SYNC with all drives enabled
+    /// What disturbs the joints, counted from the first SYNC with a drive enabled
     #[arg(long, value_parser = choice::<Disturbance>(), default_value = "none", value_name = "KIND")]
     disturbance: Disturbance,
     /// The period of lockstep, such as 3ms, instead of the robot file's

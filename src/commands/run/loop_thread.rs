@@ -17,11 +17,11 @@ use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 
 use super::learned;
 use super::place::Place;
-use super::realtime::Realtime;
 use super::recording::{LogHandle, LoopSide};
 use crate::console;
 use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
 use crate::drives::{Failure, ToDrives, receive_identifiers, run_on};
+use crate::realtime::Realtime;
 use crate::robot::Robot;
 use crate::simulated_robot::{PlantChoice, SimulatedPlant, SimulatedRobot, simulated};
 

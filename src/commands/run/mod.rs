@@ -3,7 +3,6 @@
 mod learned;
 mod loop_thread;
 mod place;
-mod realtime;
 mod recording;
 mod session;
 mod stability;
@@ -27,6 +26,7 @@ use crate::console;
 use crate::exit::Exit;
 use crate::log_files::LogChoice;
 use crate::options::{self, choice};
+use crate::realtime::{Realtime, RealtimeArguments};
 use crate::reference;
 use crate::report::{RunReport, print_mean};
 use crate::robot::Robot;
@@ -34,7 +34,6 @@ use crate::robot::overrides::Overrides;
 use crate::signals;
 use crate::simulated_robot::PlantChoice;
 use place::Place;
-use realtime::Realtime;
 use recording::Repetition;
 use session::Session;
 
@@ -99,15 +98,8 @@ pub struct Arguments {
     /// Where the period that estimators and laws are told comes from
     #[arg(long, value_parser = choice::<PeriodSource>(), default_value = "scheduled", value_name = "SOURCE")]
     dt: PeriodSource,
-    /// Real-time scheduling of the loop; by default "enforce" with --can and "prefer" otherwise
-    #[arg(long, value_parser = choice::<RealtimePolicy>(), value_name = "POLICY")]
-    rt: Option<RealtimePolicy>,
-    /// SCHED_FIFO priority of the loop
-    #[arg(long, default_value_t = 80, value_parser = clap::value_parser!(u8).range(1..=98), value_name = "1..98")]
-    priority: u8,
-    /// Keep the loop on this CPU
-    #[arg(long, value_name = "CPU")]
-    cpu: Option<usize>,
+    #[command(flatten)]
+    realtime: RealtimeArguments,
     /// Where the run is recorded, as MCAP for Foxglove, `uarm show` and `uarm replay`: a new file, or "none"; without this
     /// option runs/TIME-CONTROLLER.mcap
     #[arg(long, allow_hyphen_values = true, value_name = "FILE|none")]
@@ -250,7 +242,7 @@ fn log_limit(arguments: &Arguments, robot: &Robot) -> anyhow::Result<SizeLimit> 
 
 fn realtime(arguments: &Arguments) -> anyhow::Result<Realtime> {
     let default = if arguments.can.is_some() { RealtimePolicy::Enforce } else { RealtimePolicy::Prefer };
-    Realtime::new(arguments.rt.unwrap_or(default), arguments.priority, arguments.cpu)
+    arguments.realtime.settings(default)
 }
 
 #[cfg(test)]

@@ -15,12 +15,12 @@ use uarm_loop::stop_request::StopRequest;
 use super::learned::reasons;
 use super::loop_thread::{Finished, LoopThread};
 use super::place::Place;
-use super::realtime::Realtime;
 use super::recording::{End, LogContent, Recorded, Repetition, RunRecording};
 use super::watch::show_progress;
 use crate::dimensions::Progress;
 use crate::error_text::with_causes;
 use crate::log_files::LogChoice;
+use crate::realtime::Realtime;
 use crate::report::{Ending, RunReport, Subject};
 use crate::robot::Robot;
 

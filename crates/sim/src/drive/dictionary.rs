@@ -174,15 +174,22 @@ pub const OBJECTS: &[DictionaryEntry] = &[
     entry(0x6075, 0, Rw, |drive| Value::Unsigned32(drive.rated_current())),
     entry(0x6076, 0, Rw, |drive| Value::Unsigned32(drive.rated_torque())),
     mapped(Mappable::Transmit, 0x6077, Ro, |_| Value::Integer16(0)),
+    entry(0x607C, 0, Rw, |_| Value::Integer32(0)),
     entry(0x608F, 0, Const, |_| Value::Unsigned8(2)),
     entry(0x608F, 1, Ro, |drive| Value::Unsigned32(drive.encoder().description().counts_per_revolution)),
     entry(0x608F, 2, Ro, |_| Value::Unsigned32(1)),
+    entry(0x6098, 0, Rw, |_| Value::Integer8(0)),
+    entry(0x6099, 0, Const, |_| Value::Unsigned8(2)),
+    entry(0x6099, 1, Rw, |_| Value::Unsigned32(0)),
+    entry(0x6099, 2, Rw, |_| Value::Unsigned32(0)),
+    entry(0x609A, 0, Rw, |_| Value::Unsigned32(0)),
     entry(0x60C2, 0, Const, |_| Value::Unsigned8(2)),
     entry(0x60C2, 1, Rw, |_| Value::Unsigned8(1)),
     entry(0x60C2, 2, Rw, |_| Value::Integer8(-3)),
+    mapped(Mappable::Transmit, 0x60FD, Ro, |_| Value::Unsigned32(0)),
     entry(0x60FE, 0, Const, |_| Value::Unsigned8(1)),
     entry(0x60FE, 1, Ro, |_| Value::Unsigned32(BRAKE_OUTPUT)),
-    entry(0x6502, 0, Const, |_| Value::Unsigned32(objects::CYCLIC_SYNCHRONOUS_TORQUE_BIT)),
+    entry(0x6502, 0, Const, |_| Value::Unsigned32(objects::CYCLIC_SYNCHRONOUS_TORQUE_BIT | objects::HOMING_BIT)),
 ];
 
 /// Bit 0 of 60FEh:01, digital outputs: the brake is set.

@@ -2,6 +2,7 @@
 
 use super::dictionary::CAPACITY;
 use super::faults::{DriveFault, Faults};
+use super::homing_state::{Homing, Sight};
 use super::memory::Errors;
 use super::numbers::number_of;
 use super::objects::{DictionaryError, DriveDictionary};
@@ -61,6 +62,8 @@ impl<const N: usize> EmulatedDrive<N> {
             counter: Counter::Since(0),
             report_due: false,
             late: None,
+            sight: Sight::default(),
+            homing: Homing::default(),
         };
         drive.node.configure_pdos_from_od();
         drive.publish();
@@ -161,7 +164,15 @@ impl<const N: usize> EmulatedDrive<N> {
             self.counter = Counter::Since(origin);
             let shown = self.parameters.encoder().wrapped(counts.wrapping_sub(origin));
             self.set_number(od::POSITION_ACTUAL.address(), shown.into());
+            self.look_around(angle, counts);
         }
+    }
+
+    /// Lets the counter show zero where it shows `counts` without an origin.
+    pub(super) fn count_from(&mut self, counts: i32) {
+        self.counter = Counter::Since(counts);
+        let shown = self.parameters.encoder().wrapped(self.sight.counts.wrapping_sub(counts));
+        self.set_number(od::POSITION_ACTUAL.address(), shown.into());
     }
 
     /// Handles any frame but SYNC.
@@ -185,6 +196,8 @@ impl<const N: usize> EmulatedDrive<N> {
         if self.faults.off_bus() || self.boots_at.is_some() || !self.accepts_sync(data, now, outbox) {
             return;
         }
+        self.home(now);
+        self.publish();
         self.send_tpdos(now, outbox);
         for frame in core::mem::take(&mut self.waiting).into_iter().flatten() {
             self.take_pdo(&frame, now, outbox);

@@ -81,9 +81,9 @@ impl Encoder {
     }
 }
 
-/// A whole number as an integer; saturates, zero for what is not a number.
+/// The whole part of a number as an integer; saturates, zero for what is not a number.
 #[expect(clippy::as_conversions, reason = "the only way from f64 to i64; it saturates, which is what is wanted")]
-const fn whole(value: f64) -> i64 {
+pub(super) const fn whole(value: f64) -> i64 {
     value as i64
 }
 

@@ -14,6 +14,9 @@
 //! | `errors` | error register and history, emergencies |
 //! | `sdo_rules` | writes that are refused, as real drives refuse them |
 //! | `power` | power state machine, torque, faults, and the objects that show them |
+//! | `homing` | finding the home position by itself |
+//! | `homing_state` | what is remembered of that |
+//! | `speed_loop` | turning the motor for that |
 //! | `timers` | heartbeat and watchdogs |
 //! | `encoder` | angle → counts |
 //! | `faults` | what a test can break |
@@ -23,6 +26,8 @@ mod emulated;
 mod encoder;
 mod errors;
 mod faults;
+mod homing;
+mod homing_state;
 mod memory;
 mod numbers;
 mod objects;
@@ -32,6 +37,7 @@ mod power;
 mod sdo;
 mod sdo_rules;
 mod services;
+mod speed_loop;
 mod state;
 mod timers;
 

@@ -192,7 +192,7 @@ mod tests {
             ],
         );
         let value = |index| dictionary.object(Address::new(index, 0)).unwrap().value;
-        assert_eq!(value(0x6502), Some(Value::Unsigned32(0x200)));
+        assert_eq!(value(0x6502), Some(Value::Unsigned32(0x220)));
         assert_eq!(value(0x6076), Some(Value::Unsigned32(200)), "a rating of 0 that nobody can set is no rating");
         assert_eq!(value(0x6075), Some(Value::Unsigned32(0)), "this one is to be set");
         assert_eq!(value(0x2000), Some(Value::Integer16(0)));

@@ -91,6 +91,7 @@ pub struct DriveParameters {
     power_up: PowerUp,
     unit: TorqueUnit,
     transmission: Transmission,
+    limit_switches: Option<[f64; 2]>,
 }
 
 impl DriveParameters {
@@ -113,8 +114,18 @@ impl DriveParameters {
             return Err(DriveError::Zero { node: raw, name: "rated_current" });
         }
         let encoder = Encoder::new(encoder, direction).map_err(|error| DriveError::Encoder { node: raw, error })?;
-        let (power_up, unit, transmission) = Default::default();
-        Ok(Self { node, rated_torque, rated_current, maximum_torque, encoder, power_up, unit, transmission })
+        let (power_up, unit, transmission, limit_switches) = Default::default();
+        Ok(Self {
+            node,
+            rated_torque,
+            rated_current,
+            maximum_torque,
+            encoder,
+            power_up,
+            unit,
+            transmission,
+            limit_switches,
+        })
     }
 
     /// The same drive, starting so.
@@ -146,6 +157,17 @@ impl DriveParameters {
     #[must_use]
     pub const fn behind(self, transmission: Transmission) -> Self {
         Self { transmission, ..self }
+    }
+
+    /// The same drive with a limit switch at each end: on up to the first of these angles of the joint, and from the second on, rad.
+    #[must_use]
+    pub const fn with_limit_switches(self, angles: [f64; 2]) -> Self {
+        Self { limit_switches: Some(angles), ..self }
+    }
+
+    /// Where the limit switches are: see [`with_limit_switches`](Self::with_limit_switches).
+    pub(super) const fn limit_switches(&self) -> Option<[f64; 2]> {
+        self.limit_switches
     }
 
     /// The gear between motor and joint.

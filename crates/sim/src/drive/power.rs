@@ -52,8 +52,8 @@ impl<const N: usize> EmulatedDrive<N> {
     pub(super) fn on_command(&mut self, now: Instant, outbox: &mut Outbox) {
         let word = self.number(od::CONTROLWORD.address()).and_then(|word| u16::try_from(word).ok());
         let word = Controlword::from_bits(word.unwrap_or_default());
-        let command = word.command(self.controlword);
-        self.controlword = word;
+        let before = core::mem::replace(&mut self.controlword, word);
+        let command = word.command(before);
         if command == Command::FaultReset && self.power == PowerState::Fault {
             if self.faults.over_temperature {
                 return;
@@ -66,6 +66,8 @@ impl<const N: usize> EmulatedDrive<N> {
             return self.switch_off();
         }
         self.enter(self.power.after(command));
+        self.on_homing_command(before);
+        self.publish();
     }
 
     /// 6007h says what happens to the power stage, 1029h what happens to the NMT state.
@@ -135,9 +137,15 @@ impl<const N: usize> EmulatedDrive<N> {
             && !self.faults.target_ignored;
         let target = self.number(od::TARGET_TORQUE.address()).and_then(|target| i16::try_from(target).ok());
         let target = target.filter(|_| obeys).unwrap_or_default();
-        let limit = self.number(od::MAXIMUM_TORQUE.address()).unwrap_or(self.parameters.maximum_torque().into());
-        let limit = i16::try_from(limit).unwrap_or(i16::MAX);
+        let target = if self.is_homing() { self.homing.torque() } else { target };
+        let limit = self.torque_limit();
         Torque { applied: target.clamp(-limit, limit), limited: target.unsigned_abs() > limit.unsigned_abs(), obeys }
+    }
+
+    /// 6072h, per mille.
+    pub(super) fn torque_limit(&self) -> i16 {
+        let limit = self.number(od::MAXIMUM_TORQUE.address()).unwrap_or(self.parameters.maximum_torque().into());
+        i16::try_from(limit).unwrap_or(i16::MAX)
     }
 
     /// Brings the objects that show the drive's state up to date.
@@ -149,7 +157,8 @@ impl<const N: usize> EmulatedDrive<N> {
             .with(Statusword::VOLTAGE_ENABLED)
             .with(flag(Statusword::REMOTE, remote))
             .with(flag(Statusword::INTERNAL_LIMIT_ACTIVE, torque.limited))
-            .with(flag(Statusword::FOLLOWS_TARGET, torque.obeys));
+            .with(flag(Statusword::FOLLOWS_TARGET, torque.obeys))
+            .with(if self.is_homing() { self.homing.status() } else { 0 });
         self.set_number(od::STATUSWORD.address(), status.bits().into());
         self.set_number(TORQUE_DEMAND, torque.applied.into());
         self.set_number(od::TORQUE_ACTUAL.address(), torque.applied.into());

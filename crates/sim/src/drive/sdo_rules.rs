@@ -2,6 +2,7 @@
 //! in an order that CiA 301 (7.5.2.36) does not allow. Real drives refuse the same, so a master is tested on it here.
 
 use super::dictionary::Mappable;
+use super::homing_state::HomingMethod;
 use super::numbers::number_of;
 use super::objects::DriveDictionary;
 use canopen_rs::sync::is_valid_counter_overflow;
@@ -116,6 +117,7 @@ impl<const N: usize> Rules<'_, N> {
                 return Err(Refusal::State);
             }
             (0x6075 | 0x6076, 0, Value::Unsigned32(rated)) => rated > 0,
+            (0x6098, 0, Value::Integer8(method)) => method == 0 || HomingMethod::of(method.into()).is_some(),
             (0x60C2, 1, Value::Unsigned8(mantissa)) => mantissa > 0,
             _ => true,
         };
@@ -313,6 +315,7 @@ mod tests {
             (0x6007, 0, Value::Integer16(4)),
             (0x605A, 0, Value::Integer16(9)),
             (0x6060, 0, Value::Integer8(8)),
+            (0x6098, 0, Value::Integer8(1)),
             (0x6076, 0, Value::Unsigned32(0)),
             (0x60C2, 1, Value::Unsigned8(0)),
         ] {

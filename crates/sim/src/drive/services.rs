@@ -1,5 +1,6 @@
 //! How the drive answers the services of CANopen: NMT, heartbeat, SYNC; what it does about objects that were written.
 
+use super::homing_state::Homing;
 use super::memory::Errors;
 use super::power::error;
 use super::state::{EmulatedDrive, RPDO1_EVENT_TIMER, Reaction};
@@ -67,6 +68,9 @@ impl<const N: usize> EmulatedDrive<N> {
         self.download = None;
         self.errors = Errors::default();
         self.sync_is_wrong = false;
+        if !keeps_application {
+            self.homing = Homing::default();
+        }
         self.report_due = self.faults.over_temperature && state != PowerState::Fault;
         self.power = state;
         self.begin_to_boot(now, outbox);

@@ -2,6 +2,7 @@
 
 use super::dictionary::CAPACITY;
 use super::faults::Faults;
+use super::homing_state::{Homing, Sight};
 use super::memory::{Download, Errors, PDOS, Sent};
 use super::numbers::{number_of, value_of};
 use super::objects::DriveDictionary;
@@ -73,6 +74,9 @@ pub struct EmulatedDrive<const N: usize = CAPACITY> {
     pub(super) report_due: bool,
     /// An answer to SYNC that an injected fault delays, and when it is sent.
     pub(super) late: Option<(Frame, Instant)>,
+    /// What index and switches show.
+    pub(super) sight: Sight,
+    pub(super) homing: Homing,
 }
 
 impl<const N: usize> EmulatedDrive<N> {

@@ -136,10 +136,17 @@ impl Statusword {
     pub const WARNING: u16 = 1 << 7;
     /// Bit 9: the drive obeys its controlword.
     pub const REMOTE: u16 = 1 << 9;
+    /// Bit 10 in homing mode: the motor stands.
+    pub const TARGET_REACHED: u16 = 1 << 10;
     /// Bit 11: an internal limit is active, for example the drive's torque limit.
     pub const INTERNAL_LIMIT_ACTIVE: u16 = 1 << 11;
     /// Bit 12 in the cyclic synchronous modes: the drive follows its target.
     pub const FOLLOWS_TARGET: u16 = 1 << 12;
+
+    /// Bit 12 in homing mode: the home position was found.
+    pub const HOMING_ATTAINED: u16 = 1 << 12;
+    /// Bit 13 in homing mode: it was not, and will not be.
+    pub const HOMING_ERROR: u16 = 1 << 13;
 
     /// A statusword with these bits.
     pub const fn from_bits(bits: u16) -> Self {
@@ -165,6 +172,19 @@ impl Statusword {
     /// True if all of `bits` are set.
     pub const fn contains(self, bits: u16) -> bool {
         self.0 & bits == bits
+    }
+
+    /// How far a homing procedure is, in homing mode (CiA 402-2, table of bits 10, 12 and 13).
+    pub const fn homing(self) -> HomingState {
+        let stands = self.contains(Self::TARGET_REACHED);
+        let attained = self.contains(Self::HOMING_ATTAINED);
+        match (self.contains(Self::HOMING_ERROR), attained, stands) {
+            (true, _, _) => HomingState::Failed,
+            (false, true, true) => HomingState::Done,
+            (false, true, false) => HomingState::Attained,
+            (false, false, true) => HomingState::Idle,
+            (false, false, false) => HomingState::Running,
+        }
     }
 
     /// The state of the power state machine; `None` for a pattern that the standard does not define.
@@ -194,6 +214,21 @@ impl fmt::Display for Statusword {
             None => write!(formatter, "no state of CiA 402 (statusword {:04X}h)", self.0),
         }
     }
+}
+
+/// How far a homing procedure is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum HomingState {
+    /// In progress.
+    Running,
+    /// Interrupted, or not started.
+    Idle,
+    /// The home position was found, and the motor still moves.
+    Attained,
+    /// The home position was found, and the motor stands.
+    Done,
+    /// It failed.
+    Failed,
 }
 
 /// The commands of the power state machine (CiA 402-2, 6040h).
@@ -237,6 +272,8 @@ impl Controlword {
     const NO_QUICK_STOP: u16 = 1 << 2;
     const ENABLE_OPERATION: u16 = 1 << 3;
     const FAULT_RESET: u16 = 1 << 7;
+    /// Bit 4 in homing mode: the procedure goes on while it is set, and starts when it rises.
+    pub const HOMING_START: u16 = 1 << 4;
 
     /// A controlword with these bits.
     pub const fn from_bits(bits: u16) -> Self {
@@ -254,6 +291,22 @@ impl Controlword {
             Command::QuickStop => Self::ENABLE_VOLTAGE,
             Command::FaultReset => Self::FAULT_RESET,
         })
+    }
+
+    /// This controlword with `bits` set as well.
+    #[must_use]
+    pub const fn with(self, bits: u16) -> Self {
+        Self(self.0 | bits)
+    }
+
+    /// True if all of `bits` are set.
+    pub const fn contains(self, bits: u16) -> bool {
+        self.0 & bits == bits
+    }
+
+    /// True if it asks for *Operation enabled*, whatever bits of the mode are set beside.
+    pub const fn enables(self) -> bool {
+        matches!(self.command(self), Command::EnableOperation)
     }
 
     /// All 16 bits.

@@ -138,8 +138,16 @@ objects! {
     FEED = 0x6092:1 Unsigned32 "feed constant, feed";
     /// Shaft revolutions in which [`FEED`] is made.
     FEED_SHAFT_REVOLUTIONS = 0x6092:2 Unsigned32 "feed constant, shaft revolutions";
+    /// From the home position to the drive's zero position, counts.
+    HOME_OFFSET = 0x607C:0 Integer32 "home offset";
     /// How the drive finds its home.
     HOMING_METHOD = 0x6098:0 Integer8 "homing method";
+    /// How fast the drive looks for a switch, in its own unit of velocity.
+    HOMING_SWITCH_SPEED = 0x6099:1 Unsigned32 "speed during search for switch";
+    /// How fast the drive looks for the edge of the switch, or for the index, in the same unit.
+    HOMING_ZERO_SPEED = 0x6099:2 Unsigned32 "speed during search for zero";
+    /// How fast it gets there, in its own unit of acceleration.
+    HOMING_ACCELERATION = 0x609A:0 Unsigned32 "homing acceleration";
     /// Mantissa of the cycle time: value · 10^exponent s.
     INTERPOLATION_TIME_VALUE = 0x60C2:1 Unsigned8 "interpolation time period value";
     /// Exponent of the cycle time.
@@ -157,7 +165,11 @@ pub const OPTIONAL: &[&Object] = &[
     &GEAR_SHAFT_REVOLUTIONS,
     &FEED,
     &FEED_SHAFT_REVOLUTIONS,
+    &HOME_OFFSET,
     &HOMING_METHOD,
+    &HOMING_SWITCH_SPEED,
+    &HOMING_ZERO_SPEED,
+    &HOMING_ACCELERATION,
 ];
 
 /// Low word of [`DEVICE_TYPE`] of a drive: device profile 402.
@@ -168,6 +180,12 @@ pub const CYCLIC_SYNCHRONOUS_TORQUE: i8 = 10;
 
 /// The bit of [`SUPPORTED_MODES`] that stands for cyclic synchronous torque (CiA 402-2, 6502h).
 pub const CYCLIC_SYNCHRONOUS_TORQUE_BIT: u32 = 1 << 9;
+
+/// The value of [`MODE_OF_OPERATION`] for homing (CiA 402-2, 6060h).
+pub const HOMING: i8 = 6;
+
+/// The bit of [`SUPPORTED_MODES`] that stands for homing (CiA 402-2, 6502h).
+pub const HOMING_BIT: u32 = 1 << 5;
 
 #[cfg(test)]
 mod tests {

@@ -99,14 +99,20 @@ fn answer(planner: &mut Planner<'_>, question: Question) -> Finding {
 
 /// The objects that a survey has to ask for beside its own: those that the robot file names.
 pub fn named_objects(drive: &DriveConfiguration) -> impl Iterator<Item = (canopen_rs::Address, canopen_rs::DataType)> {
-    use crate::drive::wishes::Resolution;
+    use crate::drive::wishes::{Operation, Resolution};
     let resolution = match drive.resolution {
         // Its type is not known; 32 bits hold every count.
         Resolution::Object { address, .. } => Some((address, canopen_rs::DataType::Unsigned32)),
         Resolution::Standard | Resolution::Stated => None,
     };
+    let homing = match drive.operation {
+        Operation::Homing(homing) => Some(homing),
+        Operation::CyclicTorque => None,
+    };
+    let homing =
+        homing.into_iter().flat_map(|homing| homing.objects().map(|(object, _)| (object.address(), object.data_type)));
     let of = |setting: &Setting| (setting.address, setting.value.data_type());
-    drive.settings.iter().map(of).chain(drive.later_settings.iter().map(of)).chain(resolution)
+    drive.settings.iter().map(of).chain(drive.later_settings.iter().map(of)).chain(resolution).chain(homing)
 }
 
 #[cfg(test)]

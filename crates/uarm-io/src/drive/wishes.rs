@@ -1,6 +1,6 @@
 //! What a robot wants of one drive and of the bus that they share, before anything is known of the drive.
 
-use super::objects::Object;
+use super::objects::{self, Object};
 use super::pdo_objects::{PdoKind, PdoNumber};
 use super::wire::{Channel, SYNC_COUNTER_OVERFLOW};
 use crate::torque::{RatedTorque, TorqueCeiling};
@@ -225,6 +225,63 @@ pub struct PinnedIdentity {
     pub serial: Option<u32>,
 }
 
+/// What a drive does in *Operation enabled*: its mode of operation 6060h.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Operation {
+    /// It follows a target torque: cyclic synchronous torque.
+    #[default]
+    CyclicTorque,
+    /// It finds its home position by itself.
+    Homing(Homing),
+}
+
+impl Operation {
+    /// The value of 6060h.
+    pub const fn mode(self) -> i8 {
+        match self {
+            Self::CyclicTorque => objects::CYCLIC_SYNCHRONOUS_TORQUE,
+            Self::Homing(_) => objects::HOMING,
+        }
+    }
+
+    /// The bit of 6502h that says that the drive knows it.
+    pub const fn supported_bit(self) -> u32 {
+        match self {
+            Self::CyclicTorque => objects::CYCLIC_SYNCHRONOUS_TORQUE_BIT,
+            Self::Homing(_) => objects::HOMING_BIT,
+        }
+    }
+}
+
+/// How a drive finds its home position. Velocities and accelerations are in the drive's own units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Homing {
+    /// 6098h.
+    pub method: i8,
+    /// 6099h:01.
+    pub switch_speed: u32,
+    /// 6099h:02.
+    pub zero_speed: u32,
+    /// 609Ah; `None` leaves it as it is.
+    pub acceleration: Option<u32>,
+    /// 607Ch, counts.
+    pub offset: i32,
+}
+
+impl Homing {
+    /// The objects that say so, and their values.
+    pub fn objects(self) -> impl Iterator<Item = (&'static Object, i64)> {
+        let always = [
+            (&objects::HOMING_METHOD, i64::from(self.method)),
+            (&objects::HOMING_SWITCH_SPEED, self.switch_speed.into()),
+            (&objects::HOMING_ZERO_SPEED, self.zero_speed.into()),
+            (&objects::HOME_OFFSET, self.offset.into()),
+        ];
+        let acceleration = self.acceleration.map(|acceleration| (&objects::HOMING_ACCELERATION, acceleration.into()));
+        always.into_iter().chain(acceleration)
+    }
+}
+
 /// One drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveConfiguration {
@@ -252,6 +309,8 @@ pub struct DriveConfiguration {
     pub watchdog: Watchdog,
     /// What 6007h must say.
     pub abort_option: AbortOption,
+    /// What it does when it is enabled.
+    pub operation: Operation,
     /// What is written before the protocol's objects, in this order; data of the robot file, since drives differ.
     pub settings: Settings,
     /// What is written after them.
@@ -274,6 +333,7 @@ impl DriveConfiguration {
             pdos: Pdos::predefined(node),
             watchdog: Watchdog::default(),
             abort_option: AbortOption::default(),
+            operation: Operation::default(),
             settings: Settings::new(),
             later_settings: Settings::new(),
         }

@@ -12,18 +12,21 @@ use serde::Serialize;
 use uarm_io::drive::{DriveNetwork, NodeId};
 use uarm_io::link::Link;
 use uarm_io::monotonic::MonotonicClock;
+use uarm_io::realtime::RealtimePolicy;
 use uarm_io::socketcan_link::{InterfaceName, Reception, SocketCanLink};
 use uarm_io::time::Clock;
 use uarm_loop::robot::Joint;
 use uarm_loop::stop_request::StopRequest;
 
 use super::confirmation::{Confirmation, confirm};
+use super::enabled::{Brakes, enabled};
 use super::node::node_id;
 use crate::console;
 use crate::exit::Exit;
+use crate::realtime::RealtimeArguments;
 use crate::robot::Robot;
 use crate::signals;
-use trial::{Enabled, Plan, Trial};
+use trial::{Plan, Trial};
 
 /// Less than this share of the window is no motion, but play and noise.
 const MOTION_SHARE: f64 = 0.02;
@@ -63,6 +66,8 @@ pub struct Arguments {
     /// Confirmed already: do not ask
     #[arg(long)]
     yes: bool,
+    #[command(flatten)]
+    realtime: RealtimeArguments,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -79,6 +84,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         format!("--node {}: the robot file has nodes {:?}", arguments.node.raw(), robot.description.nodes())
     })?;
     let plan = plan(arguments, joint, robot.description.period.duration())?;
+    let realtime = arguments.realtime.settings(RealtimePolicy::Enforce)?;
     let node = arguments.node.raw();
     console::tell(format_args!(
         "{}, node {node} on {}: {} per mille of the rated torque, at most {} deg and {} deg/s; THE MOTOR WILL MOVE",
@@ -94,6 +100,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let configuration = robot.description.network_configuration_of(joint)?;
     let identifiers: Vec<_> = configuration.receive_identifiers().collect();
     let link = SocketCanLink::open(arguments.can, Reception::Exactly(&identifiers))?;
+    let _thread = realtime.enter_unrecorded()?;
     let report = attempt(DriveNetwork::new(link, configuration), &mut MonotonicClock, &plan, &stop)?;
     let mut output = std::io::stdout().lock();
     if arguments.json {
@@ -137,16 +144,10 @@ fn attempt<L: Link, C: Clock>(
 where
     L::Error: Send + Sync + 'static,
 {
-    let started = network.start(clock);
-    let mut enabled = Enabled::new(&mut network, clock);
-    let outcome = match started {
-        Ok(_) => enabled.run(plan, stop).map_err(anyhow::Error::new),
-        Err(error) => Err(anyhow::Error::new(error)),
-    };
-    let braked = enabled.stop().all_off();
-    let brakes = if braked { "power off, brake closed" } else { "POWER OFF AND BRAKE NOT CONFIRMED" };
-    let trial = outcome.with_context(|| format!("the trial ended early ({brakes})"))?;
-    Ok(Report { trial, braked, moved: trial.travelled_counts.unsigned_abs() as f64 > MOTION_SHARE * plan.window })
+    let (trial, brakes) =
+        enabled(&mut network, clock, |drive| trial::run(drive, plan, stop).map_err(anyhow::Error::new))?;
+    let moved = trial.travelled_counts.unsigned_abs() as f64 > MOTION_SHARE * plan.window;
+    Ok(Report { trial, braked: brakes == Brakes::Closed, moved })
 }
 
 /// What came of it.
@@ -178,7 +179,7 @@ impl Report {
                 "THE COUNTS WENT AGAINST THE TORQUE: a loop on this joint runs away; set polarity 607Eh or the wiring right"
             }
         };
-        let brakes = if self.braked { "power off, brake closed" } else { "POWER OFF AND BRAKE NOT CONFIRMED" };
+        let brakes = if self.braked { Brakes::Closed } else { Brakes::NotConfirmed };
         format!(
             "{name} (node {node}): {sent_per_mille:+} per mille, {travelled_counts:+} counts in {seconds:.2} s, {end:?}\n  \
              {verdict}\n  {brakes}\n"

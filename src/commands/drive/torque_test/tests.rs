@@ -1,5 +1,6 @@
 use super::trial::End;
 use super::*;
+use crate::commands::drive::enabled::Enabled;
 use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
 use hinf_control::Disturbance;
 use uarm_io::drive::cia402::{Command, Controlword, PowerState};
@@ -16,7 +17,7 @@ const PATIENCE: Patience = Patience { timeout: Duration::from_millis(100), attem
 
 type Bus = InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>;
 
-/// The paper's robot on its bus. The emulated plant moves when all drives are enabled: somebody has enabled the other two.
+/// The paper's robot on its bus, where somebody has enabled the other two drives.
 fn bus() -> (Robot, Bus, VirtualClock) {
     let robot = Robot::load(None).unwrap();
     let plant = SimulatedPlant::new(&robot, PlantChoice::Ideal, Disturbance::None).unwrap();
@@ -102,7 +103,7 @@ fn a_drive_that_fails_in_the_trial_ends_it_and_is_told_to_stop() {
     assert!(!stuck.moved && !stuck.is_good() && stuck.text("joint 2", 2).contains("did not move"), "{stuck:?}");
     let hot = |link: &mut Bus| link.inject(uarm_sim::Joint::Two, DriveFault::OverTemperature);
     let (failed, commands) = report(&a_plan(20, 1e9), &StopRequest::default(), hot);
-    assert!(failed.unwrap_err().to_string().contains("the trial ended early"));
+    assert!(failed.unwrap_err().to_string().contains("ended early"));
     assert!(torques(&commands).iter().all(|torque| *torque == 0));
 }
 

@@ -3,14 +3,11 @@
 use std::time::Duration;
 
 use serde::Serialize;
-use uarm_io::drive::DriveNetwork;
-use uarm_io::drive::network::{CycleError, StopReport};
 use uarm_io::link::Link;
-use uarm_io::time::{Clock, Instant};
+use uarm_io::time::Clock;
 use uarm_loop::stop_request::StopRequest;
 
-/// Cycles over which the joint's speed is taken: a count in one cycle is no speed.
-const SPEED_CYCLES: usize = 16;
+use crate::commands::drive::enabled::{CycleFailed, Enabled, Motion};
 
 /// What is tried.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,96 +68,47 @@ impl Plan {
         };
         Some((f64::from(self.per_mille) * share).round() as i16)
     }
-}
 
-/// A drive in *Operation enabled*; brakes when it goes, whatever the reason.
-pub struct Enabled<'a, L: Link, C: Clock> {
-    network: &'a mut DriveNetwork<L, 1>,
-    clock: &'a mut C,
-    stopped: bool,
-}
-
-impl<'a, L: Link, C: Clock> Enabled<'a, L, C> {
-    /// Takes a network over that was started, or whose start failed half-way.
-    pub const fn new(network: &'a mut DriveNetwork<L, 1>, clock: &'a mut C) -> Self {
-        Self { network, clock, stopped: false }
-    }
-
-    /// Torque 0, quick stop, power off, NMT stop.
-    pub fn stop(mut self) -> StopReport<1> {
-        self.stopped = true;
-        self.network.stop(self.clock)
-    }
-
-    /// Runs the trial; the drive stays enabled, with the last torque sent.
-    ///
-    /// # Errors
-    /// [`TrialError`]: anything that would end a run, and a position that does not come.
-    pub fn run(&mut self, plan: &Plan, stop: &StopRequest) -> Result<Trial, TrialError<L::Error>> {
-        let begin = self.clock.now();
-        let mut tick = begin;
-        let mut first = None;
-        let mut recent = [0_i64; SPEED_CYCLES];
-        let mut trial = Trial { end: End::Completed, sent_per_mille: 0, travelled_counts: 0, seconds: 0.0 };
-        for cycle in 0_usize.. {
-            let position = self.cycle_position(tick, plan)?;
-            let first = *first.get_or_insert(position);
-            let travelled = i64::from(position.wrapping_sub(first));
-            let before = std::mem::replace(&mut recent[cycle % SPEED_CYCLES], travelled);
-            let speed = if cycle < SPEED_CYCLES { 0 } else { travelled - before };
-            trial.travelled_counts = travelled;
-            trial.seconds = self.clock.now().since(begin).as_secs_f64();
-            let span = plan.period.as_secs_f64() * SPEED_CYCLES as f64;
-            let end = if stop.is_made() {
-                Some(End::Interrupted)
-            } else if travelled.unsigned_abs() as f64 > plan.window {
-                Some(End::LeftWindow)
-            } else if speed.unsigned_abs() as f64 > plan.speed * span {
-                Some(End::TooFast)
-            } else {
-                None
-            };
-            let torque = plan.torque(tick.since(begin));
-            self.network.send_torques([if end.is_some() { 0 } else { torque.unwrap_or(0) }])?;
-            self.network.housekeeping(self.clock.now())?;
-            if let Some(end) = end.or(torque.is_none().then_some(End::Completed)) {
-                trial.end = end;
-                break;
-            }
-            if let Some(sent) = torque.filter(|sent| sent.abs() > trial.sent_per_mille.abs()) {
-                trial.sent_per_mille = sent;
-            }
-            tick = tick + plan.period;
-            self.clock.sleep_until(tick);
+    /// Why a trial ends before its time.
+    fn end(&self, motion: &Motion, stop: &StopRequest) -> Option<End> {
+        if stop.is_made() {
+            Some(End::Interrupted)
+        } else if motion.travelled().unsigned_abs() as f64 > self.window {
+            Some(End::LeftWindow)
+        } else if motion.speed(self.period) > self.speed {
+            Some(End::TooFast)
+        } else {
+            None
         }
-        Ok(trial)
-    }
-
-    /// SYNC, and the position that belongs to it.
-    fn cycle_position(&mut self, tick: Instant, plan: &Plan) -> Result<i32, TrialError<L::Error>> {
-        self.network.sync()?;
-        // A late tick must still find its answer.
-        let deadline = tick.max(self.clock.now()) + plan.period;
-        let [position] = self.network.collect(deadline)?.positions;
-        position.ok_or(TrialError::NoPosition)
     }
 }
 
-/// Why a trial ended that should have gone on.
-#[derive(Debug, thiserror::Error)]
-pub enum TrialError<E> {
-    /// Bus or drive failed.
-    #[error(transparent)]
-    Cycle(#[from] CycleError<E>),
-    /// The drive did not answer a SYNC.
-    #[error("the drive sent no position in time for a SYNC")]
-    NoPosition,
-}
-
-impl<L: Link, C: Clock> Drop for Enabled<'_, L, C> {
-    fn drop(&mut self) {
-        if !self.stopped {
-            let _ = self.network.stop(self.clock);
+/// Runs the trial; the drive stays enabled, with the last torque sent.
+///
+/// # Errors
+/// [`CycleFailed`]: anything that would end a run, and a position that does not come.
+pub fn run<L: Link, C: Clock>(
+    drive: &mut Enabled<'_, L, C>,
+    plan: &Plan,
+    stop: &StopRequest,
+) -> Result<Trial, CycleFailed<L::Error>> {
+    let begin = drive.tick();
+    let mut motion = Motion::default();
+    let mut trial = Trial { end: End::Completed, sent_per_mille: 0, travelled_counts: 0, seconds: 0.0 };
+    loop {
+        let torque = plan.torque(drive.tick().since(begin));
+        motion.note(drive.begin_cycle(plan.period)?.position, None);
+        trial.travelled_counts = motion.travelled();
+        trial.seconds = drive.now().since(begin).as_secs_f64();
+        let end = plan.end(&motion, stop);
+        drive.network().send_torques([if end.is_some() { 0 } else { torque.unwrap_or(0) }])?;
+        if let Some(end) = end.or(torque.is_none().then_some(End::Completed)) {
+            trial.end = end;
+            return Ok(trial);
         }
+        if let Some(sent) = torque.filter(|sent| sent.abs() > trial.sent_per_mille.abs()) {
+            trial.sent_per_mille = sent;
+        }
+        drive.end_cycle(plan.period)?;
     }
 }

@@ -177,3 +177,25 @@ proptest! {
         prop_assert_eq!(Controlword::of(command).command(Controlword::default()), command);
     }
 }
+
+/// The table of bits 13, 12 and 10 in homing mode as CiA 402-2 prints it.
+#[test]
+fn homing_states_are_read_as_the_standard_prints_them() {
+    let read = |error: u16, attained: u16, reached: u16| {
+        Statusword::from_bits(0x0027 | error << 13 | attained << 12 | reached << 10).homing()
+    };
+    assert_eq!(read(0, 0, 0), HomingState::Running);
+    assert_eq!(read(0, 0, 1), HomingState::Idle);
+    assert_eq!(read(0, 1, 0), HomingState::Attained);
+    assert_eq!(read(0, 1, 1), HomingState::Done);
+    assert_eq!(read(1, 0, 0), HomingState::Failed);
+    assert_eq!(read(1, 0, 1), HomingState::Failed);
+}
+
+#[test]
+fn bits_of_the_mode_leave_the_command_as_it_is() {
+    let start = Controlword::of(Command::EnableOperation).with(Controlword::HOMING_START);
+    assert_eq!(start.bits(), 0x001F);
+    assert!(start.enables() && start.contains(Controlword::HOMING_START));
+    assert!(!Controlword::of(Command::SwitchOn).with(Controlword::HOMING_START).enables());
+}

@@ -5,6 +5,7 @@ use super::error::CycleError;
 use super::master::{DriveNetwork, NO_DEADLINE, Node};
 use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
 use crate::drive::wire::{self, DriveCommand, EmergencyMessage, SyncCounter};
+use crate::drive::wishes::Operation;
 use crate::link::Link;
 use crate::time::{Duration, Instant};
 use canopen_rs::NmtState;
@@ -90,10 +91,23 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     /// [`CycleError::Link`] with the first failure.
     pub fn send_torques(&mut self, per_mille: [i16; JOINTS]) -> Result<Instant, CycleError<L::Error>> {
         let controlword = Controlword::of(Command::EnableOperation);
+        self.send_commands(per_mille.map(|target_torque| DriveCommand { controlword, target_torque }))
+    }
+
+    /// Sends controlwords without torque, joint 1 first, to drives in another mode than cyclic synchronous torque; otherwise as
+    /// [`send_torques`](Self::send_torques).
+    ///
+    /// # Errors
+    /// [`CycleError::Link`] with the first failure.
+    pub fn send_controlwords(&mut self, words: [Controlword; JOINTS]) -> Result<Instant, CycleError<L::Error>> {
+        self.send_commands(words.map(|controlword| DriveCommand { controlword, target_torque: 0 }))
+    }
+
+    fn send_commands(&mut self, commands: [DriveCommand; JOINTS]) -> Result<Instant, CycleError<L::Error>> {
         let ids = self.nodes.map(|node| node.id);
         let mut outcome = Ok(self.sync_at);
-        for (id, target_torque) in ids.into_iter().zip(per_mille) {
-            let sent = self.command(id, &DriveCommand { controlword, target_torque });
+        for (id, command) in ids.into_iter().zip(commands) {
+            let sent = self.command(id, &command);
             outcome = match (outcome, sent) {
                 (Ok(_), sent) => sent,
                 (failed, _) => failed,
@@ -165,7 +179,12 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         if self.configuration.ignored_target_reaction == IgnoredTargetReaction::Record {
             return Ok(());
         }
-        for Node { fresh, health, has_followed, .. } in &mut self.nodes {
+        let drives = self.configuration.drives().iter();
+        for (Node { fresh, health, has_followed, .. }, drive) in self.nodes.iter_mut().zip(drives) {
+            // The bit means something else in other modes.
+            if drive.operation != Operation::CyclicTorque {
+                continue;
+            }
             let Some(found) = fresh.map(|feedback| feedback.statusword) else { continue };
             let follows = found.contains(Statusword::FOLLOWS_TARGET);
             if *has_followed && !follows {

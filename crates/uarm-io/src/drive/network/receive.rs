@@ -3,7 +3,6 @@
 use super::disturbance::Disturbance;
 use super::health::arrived;
 use super::master::{DriveNetwork, LastDefence, Node, Stage};
-use crate::drive::cia402::{Command, Controlword};
 use crate::drive::sdo;
 use crate::drive::wire::{self, Channel, DriveFeedback, EmergencyMessage};
 use crate::link::{Link, Received};
@@ -202,7 +201,7 @@ impl Node {
         if !message.is_error_reset() {
             self.health.last_emergency = Some(message);
             self.alarm = Some(message);
-        } else if self.controlword != Controlword::of(Command::EnableOperation) {
+        } else if !self.controlword.enables() {
             self.alarm = None;
         }
         Event::Emergency

@@ -247,7 +247,9 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
 
     /// Waits until the drive shows the mode that was written.
     fn check_mode(&mut self, node: NodeId) -> Outcome<(), L> {
-        let expected = Value::Integer8(objects::CYCLIC_SYNCHRONOUS_TORQUE);
+        let drives = self.network.configuration.drives();
+        let operation = drives.iter().find(|drive| drive.node == node).map(|drive| drive.operation);
+        let expected = Value::Integer8(operation.unwrap_or_default().mode());
         let object = &objects::MODE_OF_OPERATION_DISPLAY;
         let deadline = self.clock.now() + self.network.configuration.timeouts.nmt;
         loop {

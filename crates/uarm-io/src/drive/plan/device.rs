@@ -4,6 +4,7 @@ use super::finding::{Finding, Question, Remedy, Verdict, Wanted};
 use super::planner::{Fit, Planner};
 use crate::drive::objects::{self, Object};
 use crate::drive::survey::Answer;
+use crate::drive::wishes::Operation;
 
 /// 1000h: the low word is the device profile.
 const PROFILE_MASK: i64 = 0xFFFF;
@@ -42,11 +43,18 @@ impl Planner<'_> {
     }
 
     pub(super) fn mode(&mut self) -> Finding {
-        let wanted = i64::from(objects::CYCLIC_SYNCHRONOUS_TORQUE);
-        let supported = self.row(Question::Mode, &objects::SUPPORTED_MODES, Wanted::Words("bit 9 set"));
-        let bit = i64::from(objects::CYCLIC_SYNCHRONOUS_TORQUE_BIT);
+        let operation = self.drive.operation;
+        let wanted = i64::from(operation.mode());
+        let (set, otherwise) = match operation {
+            Operation::CyclicTorque => {
+                ("bit 9 set", "another drive, or another firmware: profile torque (4) has ramps")
+            }
+            Operation::Homing(_) => ("bit 5 set", "a pose at marks: the drive cannot home by itself"),
+        };
+        let supported = self.row(Question::Mode, &objects::SUPPORTED_MODES, Wanted::Words(set));
+        let bit = i64::from(operation.supported_bit());
         if matches!(supported.found, Answer::Number(modes) if modes & bit == 0) {
-            return supported.refusing("another drive, or another firmware: profile torque (4) has ramps");
+            return supported.refusing(otherwise);
         }
         if !self.answer(&objects::MODE_OF_OPERATION_DISPLAY).is_there() {
             return self
@@ -60,7 +68,7 @@ impl Planner<'_> {
         }
         match supported.found {
             Answer::Number(_) => supported,
-            Answer::Absent => supported.noting("at start the drive must take mode 10 and show it, before brakes open"),
+            Answer::Absent => supported.noting("at start the drive must take the mode and show it, before brakes open"),
             _ => supported.noting(READ_AT_START),
         }
     }
@@ -116,8 +124,35 @@ impl Planner<'_> {
         )
     }
 
+    /// Whether the drive can home by itself; where it shall, with what is needed for it written.
     pub(super) fn homing(&mut self) -> Finding {
-        self.row(Question::Homing, &objects::HOMING_METHOD, Wanted::Words("anything; a drive need not"))
+        let Operation::Homing(homing) = self.drive.operation else {
+            let bit = i64::from(objects::HOMING_BIT);
+            let knows = match self.answer(&objects::SUPPORTED_MODES) {
+                Answer::Number(modes) => modes & bit != 0,
+                _ => true,
+            };
+            let words = match (knows, self.answered(&objects::HOMING_METHOD)) {
+                (true, found) if found.answer.is_there() && found.access.may_write() => {
+                    "anything; it can home by itself"
+                }
+                _ => "anything; it cannot home by itself (6502h bit 5, 6098h), and need not",
+            };
+            return self.row(Question::Homing, &objects::HOMING_METHOD, Wanted::Words(words));
+        };
+        let row = self.row(Question::Homing, &objects::HOMING_METHOD, Wanted::Number(homing.method.into()));
+        let mut refused = None;
+        for (object, wanted) in homing.objects() {
+            let none_wanted = object == &objects::HOME_OFFSET && wanted == 0;
+            let fit = self.want(object, wanted);
+            // Without the object there is no offset, and that is what is wanted.
+            if !(fit.is_met() || none_wanted && fit == Fit::Absent) {
+                let row = self.row(Question::Homing, object, Wanted::Number(wanted));
+                refused =
+                    refused.or(Some(row.refusing("another encoder.homing, which the drive takes, or a pose at marks")));
+            }
+        }
+        refused.unwrap_or(row)
     }
 
     /// 1017h.

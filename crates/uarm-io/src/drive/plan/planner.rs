@@ -7,8 +7,8 @@ use crate::drive::survey::{Answer, Answered, Survey};
 use crate::drive::wishes::{DriveConfiguration, MAX_SETTINGS, Protocol, Setting};
 
 /// Objects that a plan can write: a robot file's before and after, and those of the protocol, of which there are at most
-/// one for each PDO that is switched off, seven for each that is used, and twelve others.
-pub const MOST_PLANNED: usize = 2 * MAX_SETTINGS + 2 * crate::drive::survey::MOST_PDOS + 3 * 7 + 12;
+/// one for each PDO that is switched off, seven for each that is used, five for homing, and twelve others.
+pub const MOST_PLANNED: usize = 2 * MAX_SETTINGS + 2 * crate::drive::survey::MOST_PDOS + 3 * 7 + 5 + 12;
 
 /// What is written, in this order.
 pub type PlannedSettings = heapless::Vec<Setting, MOST_PLANNED>;

@@ -5,8 +5,8 @@ use crate::drive::objects::{self, Object};
 use crate::drive::pdo_objects::{PdoKind, PdoNumber};
 use crate::drive::survey::{Access, Answered, ObjectSource};
 use crate::drive::wishes::{
-    AbortOption, Heartbeats, PinnedIdentity, Resolution, Setting, SyncCounterChoice, SyncPayload, TorqueReference,
-    Watchdog, WatchdogTest,
+    AbortOption, Heartbeats, Homing, Operation, PinnedIdentity, Resolution, Setting, SyncCounterChoice, SyncPayload,
+    TorqueReference, Watchdog, WatchdogTest,
 };
 use crate::torque::{RatedTorque, TorqueUnit};
 use canopen_rs::{Address, NodeId, Value};
@@ -586,4 +586,48 @@ fn an_entry_of_the_robot_file_reads_well() {
         Remedy::Write(setting).to_string(),
         "drive.writes: { index = 0x6007, subindex = 0, type = \"i16\", value = 1 }"
     );
+}
+
+/// A drive that homes, by objects of its own.
+fn homing_drive() -> Dictionary {
+    let dictionary = drive().ro(0x6502, 0, 1 << 9 | 1 << 5).rw(0x6098, 0, 0).rw(0x607C, 0, 0);
+    dictionary.rw(0x6099, 1, 0).rw(0x6099, 2, 0).rw(0x609A, 0, 0)
+}
+
+fn homing(offset: i32) -> DriveConfiguration {
+    let homing = Homing { method: 17, switch_speed: 500, zero_speed: 20, acceleration: Some(900), offset };
+    DriveConfiguration { operation: Operation::Homing(homing), ..wishes() }
+}
+
+#[test]
+fn a_drive_that_shall_home_gets_mode_6_and_what_homing_needs() {
+    let plan = planned(homing_drive(), &homing(-7));
+    assert_eq!(plan.verdict(), Verdict::Works, "{:#?}", plan.notes().collect::<Vec<_>>());
+    let expected =
+        ["6060:0 = 6", "6098:0 = 11", "6099:1 = 1F4", "6099:2 = 14", "607C:0 = FFFFFFFFFFFFFFF9", "609A:0 = 384"];
+    assert_eq!(of_index(&written(&plan), &["6060", "6098", "6099", "607C", "609A"]), expected);
+    assert!(of_index(&written(&planned(homing_drive(), &wishes())), &["6098", "6099", "607C"]).is_empty());
+}
+
+#[test]
+fn a_drive_that_cannot_home_is_refused_with_the_object() {
+    let refused = |dictionary, wishes: &DriveConfiguration| {
+        planned(dictionary, wishes).refusal().map(|finding| (finding.question, finding.object.index))
+    };
+    assert_eq!(refused(homing_drive().ro(0x6502, 0, 1 << 9), &homing(0)), Some((Question::Mode, 0x6502)));
+    assert_eq!(refused(homing_drive().without(0x6099, 2), &homing(0)), Some((Question::Homing, 0x6099)));
+    assert_eq!(refused(homing_drive().ro(0x6098, 0, 35), &homing(0)), Some((Question::Homing, 0x6098)));
+    // A drive without offsets does where none is wanted.
+    assert_eq!(refused(homing_drive().without(0x607C, 0), &homing(0)), None);
+    assert_eq!(refused(homing_drive().without(0x607C, 0), &homing(9)), Some((Question::Homing, 0x607C)));
+}
+
+#[test]
+fn whether_a_drive_could_home_is_told() {
+    let told = |dictionary| finding(&planned(dictionary, &wishes()), Question::Homing).wanted.to_string();
+    assert_eq!(told(homing_drive()), "anything; it can home by itself");
+    for cannot in [drive(), homing_drive().ro(0x6502, 0, 1 << 9), homing_drive().ro(0x6098, 0, 35)] {
+        assert!(told(cannot.clone()).contains("cannot home by itself"));
+        assert_eq!(planned(cannot, &wishes()).verdict(), Verdict::Works);
+    }
 }

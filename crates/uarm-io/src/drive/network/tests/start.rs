@@ -6,6 +6,7 @@ use super::*;
 use crate::drive::cia402::{Command, Controlword, PowerState};
 use crate::drive::objects::*;
 use crate::drive::wire::Channel;
+use crate::drive::wishes::{Homing, Operation};
 use crate::time::Clock;
 use canopen_rs::{Address, Entry, NmtState, Value};
 use proptest::prelude::*;
@@ -232,4 +233,33 @@ proptest! {
         }
         let _ = start(&mut network);
     }
+}
+
+/// Homing is mode 6, which a drive must show before brakes open, as it must show mode 10 otherwise.
+#[test]
+fn a_drive_that_shall_home_must_show_mode_6() {
+    let homing = Homing { method: 37, switch_speed: 1, zero_speed: 1, acceleration: None, offset: 0 };
+    let mut drives = [drive(1), drive(2), drive(3)];
+    drives[1].operation = Operation::Homing(homing);
+    let bus = || {
+        let mut bus = FakeBus::new(&[1, 2, 3]);
+        let dictionary = &mut bus.drives[1].dictionary;
+        dictionary.insert(SUPPORTED_MODES.address(), Entry::constant(Value::Unsigned32(1 << 5))).unwrap();
+        for object in [HOME_OFFSET, HOMING_METHOD, HOMING_SWITCH_SPEED, HOMING_ZERO_SPEED] {
+            let zero = Value::decode_le(object.data_type, &[0; 8][..object.data_type.size()]).unwrap();
+            dictionary.insert(object.address(), Entry::rw(zero)).unwrap();
+        }
+        bus
+    };
+    let configuration = NetworkConfiguration::new(drives, PERIOD).unwrap();
+    let mut network = DriveNetwork::new(bus(), configuration.clone());
+    start(&mut network).unwrap();
+    assert_eq!(value(&network, 1, &MODE_OF_OPERATION), Value::Integer8(6));
+    assert_eq!(value(&network, 0, &MODE_OF_OPERATION), Value::Integer8(10));
+    let mut network = DriveNetwork::new(bus(), configuration);
+    network.link_mut().drives[1].script.shows_mode = Some(10);
+    let error = start(&mut network).unwrap_err();
+    let expected = Value::Integer8(6);
+    assert!(matches!(error, StartError::Mismatch { node: 2, expected: found, .. } if found == expected), "{error}");
+    assert!(network.link().drives.iter().all(|drive| drive.power != PowerState::OperationEnabled));
 }

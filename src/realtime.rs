@@ -1,4 +1,4 @@
-//! How the loop's thread is scheduled, from the command line to the log.
+//! How the thread of a loop is scheduled, from the command line to the log.
 
 use anyhow::{Context, bail};
 use uarm_io::probe::{CanWish, Machine};
@@ -8,6 +8,32 @@ use uarm_loop::choice::Choice;
 use uarm_loop::recording::{LogHandle, Severity};
 
 use crate::console;
+use crate::dimensions::{ACTIVE, JOINTS};
+use crate::options::choice;
+
+/// What a command line says of it.
+#[derive(Debug, clap::Args)]
+pub struct RealtimeArguments {
+    /// Real-time scheduling of the loop; by default "enforce" with --can and "prefer" otherwise
+    #[arg(long, value_parser = choice::<RealtimePolicy>(), value_name = "POLICY")]
+    rt: Option<RealtimePolicy>,
+    /// SCHED_FIFO priority of the loop
+    #[arg(long, default_value_t = 80, value_parser = clap::value_parser!(u8).range(1..=98), value_name = "1..98")]
+    priority: u8,
+    /// Keep the loop on this CPU
+    #[arg(long, value_name = "CPU")]
+    cpu: Option<usize>,
+}
+
+impl RealtimeArguments {
+    /// What it says, with `default` where it leaves the policy open.
+    ///
+    /// # Errors
+    /// If priority or processor are out of range.
+    pub fn settings(&self, default: RealtimePolicy) -> anyhow::Result<Realtime> {
+        Realtime::new(self.rt.unwrap_or(default), self.priority, self.cpu)
+    }
+}
 
 /// How the loop's thread is scheduled.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +44,7 @@ impl Realtime {
     ///
     /// # Errors
     /// If priority or processor are out of range.
-    pub fn new(policy: RealtimePolicy, priority: u8, processor: Option<usize>) -> anyhow::Result<Self> {
+    fn new(policy: RealtimePolicy, priority: u8, processor: Option<usize>) -> anyhow::Result<Self> {
         let priority = Priority::new(priority).context("--priority")?;
         let processor = processor.map(Processor::new).transpose().context("--cpu")?;
         Ok(Self(RealtimeSettings { policy, priority, processor }))
@@ -62,6 +88,14 @@ impl Realtime {
             }
         }
         Ok(())
+    }
+
+    /// Makes the calling thread a real-time thread; tells standard error what is missing.
+    ///
+    /// # Errors
+    /// If something is missing and all was demanded.
+    pub fn enter_unrecorded(&self) -> anyhow::Result<RealtimeThread> {
+        self.enter(None::<&LogHandle<JOINTS, ACTIVE>>)
     }
 
     /// Makes the calling thread a real-time thread; tells standard error what is missing, and the log all that was found.

@@ -1,76 +1,45 @@
-//! `uarm drive reference`: tells the joints with incremental encoders where they are.
+//! References from a pose that somebody confirms; the drives get no command.
 
-use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
-use std::time::SystemTime;
+use std::io::IsTerminal;
 
-use uarm_io::drive::NodeId;
 use uarm_io::drive::cia402::PowerState;
 use uarm_io::link::Link;
 use uarm_io::monotonic::MonotonicClock;
-use uarm_io::socketcan_link::InterfaceName;
 use uarm_io::time::Clock;
 
-use super::confirmation::{Confirmation, confirm};
+use super::arguments::Arguments;
+use super::joint_reference::{Fix, joint_reference, node};
+use crate::commands::drive::confirmation::{Confirmation, confirm};
 use crate::console;
 use crate::dimensions::JOINTS;
 use crate::reference::drive::{Shown, mark, show};
-use crate::reference::store::{JointReference, References};
+use crate::reference::store::References;
 use crate::reference::{incremental_joints, link};
 use crate::robot::Robot;
 
 /// How far a joint may move between its reading and the confirmation, counts.
 const STILL: u32 = 4;
 
-/// Arguments of `uarm drive reference`.
-#[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Put the arm into a jig or at its marks, motors off and brakes closed, and give the angles that it has there. The angles of joints
-whose encoder.reference is \"absolute\" are not used. The reference is stored beside the robot file (my-robot.toml:
-my-robot.reference.toml) and holds until the drive loses its power, is reset or exchanged: `uarm run` sees that.
-The drives get no command; the robot file's power_marker is written.
-Example:
-  uarm drive reference --robot my-robot.toml --can can0 --angles 0,20,20")]
-pub struct Arguments {
-    /// The robot file
-    #[arg(long, value_name = "FILE")]
-    robot: PathBuf,
-    /// The CAN interface
-    #[arg(long, value_name = "INTERFACE")]
-    can: InterfaceName,
-    /// The angles of all joints, the base first, in degrees
-    #[arg(long, value_delimiter = ',', num_args = 1, allow_hyphen_values = true, value_name = "DEG,DEG,DEG")]
-    angles: Vec<f64>,
-    /// The pose is confirmed already: do not ask
-    #[arg(long)]
-    yes: bool,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-}
-
-/// Stores where the joints are.
+/// The references of all incremental joints, in the pose that the command line tells.
 ///
 /// # Errors
 /// If the angles are none that the joints can have, a drive is on or does not answer, the pose is not confirmed or a joint
 /// moved meanwhile.
-pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
-    let robot = Robot::load(Some(&arguments.robot))?;
-    let angles = angles(&robot, &arguments.angles)?;
-    let joints = incremental_joints(&robot);
+pub fn confirmed(arguments: &Arguments, robot: &Robot) -> anyhow::Result<References> {
+    let angles = angles(robot, &arguments.angles)?;
+    let joints = incremental_joints(robot);
     anyhow::ensure!(
         !joints.is_empty(),
         "{}: no joint has encoder.reference = \"incremental\": there is nothing to reference",
         arguments.robot.display()
     );
-    let mut link = link(&robot, arguments.can)?;
-    let before = read(&robot, &joints, &mut link, &MonotonicClock)?;
+    let mut link = link(robot, arguments.can)?;
+    let before = read(robot, &joints, &mut link, &MonotonicClock)?;
     for (joint, shown) in joints.iter().zip(&before) {
         let name = &robot.description.joints[*joint].name;
         console::tell(format_args!(
             "  {name} (node {}): {} counts are {} deg",
-            node(&robot, *joint).raw(),
+            node(robot, *joint).raw(),
             shown.position,
             angles[*joint]
         ));
@@ -81,14 +50,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         Confirmation::Refused => anyhow::bail!("not confirmed: nothing was stored"),
     }
     let earlier = References::read_beside(&arguments.robot)?;
-    let references = set(&robot, &joints, &angles, &before, earlier.as_ref(), &mut link, &MonotonicClock)?;
-    let path = references.write_beside(&arguments.robot)?;
-    print(&references, &path, arguments.json)?;
-    Ok(ExitCode::SUCCESS)
-}
-
-fn node(robot: &Robot, joint: usize) -> NodeId {
-    robot.description.joints[joint].node
+    set(robot, &joints, &angles, &before, earlier.as_ref(), &mut link, &MonotonicClock)
 }
 
 /// The angles of all joints, within their limits.
@@ -140,36 +102,13 @@ where
     L::Error: Send + Sync + 'static,
 {
     let now = read(robot, joints, link, clock)?;
-    let date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     let mut references = Vec::new();
     for ((joint, before), now) in joints.iter().zip(before).zip(&now) {
-        let (file, name) = (&robot.file.joints[*joint], &robot.description.joints[*joint].name);
+        let name = &robot.description.joints[*joint].name;
         let moved = now.position.wrapping_sub(before.position).unsigned_abs();
         anyhow::ensure!(moved <= STILL, "{name} moved by {moved} counts since it was shown: nothing was stored");
-        let marker = file.encoder.power_marker.as_ref().and_then(|marker| marker.as_value());
-        let is_new = earlier.and_then(|earlier| earlier.of_node(file.node)).is_none();
-        anyhow::ensure!(
-            marker.is_none() || !is_new || now.marker != marker,
-            "{name}: the object of its power_marker reads as the marker before it was written, so that a loss of power would \
-             not be seen: choose another value or object"
-        );
-        let encoder = robot.description.joints[*joint].encoder.referenced(now.position, angles[*joint].to_radians());
-        references.push(JointReference {
-            name: name.clone(),
-            node: file.node,
-            date: date.clone(),
-            angle_deg: angles[*joint],
-            position_counts: now.position,
-            zero_counts: encoder.zero,
-            counts_per_revolution: file.encoder.counts_per_revolution,
-            gear_ratio: file.gear_ratio,
-            direction: file.encoder.direction,
-            window_deg: [file.limits.minimum_deg, file.limits.maximum_deg],
-            vendor: now.vendor,
-            product: now.product,
-            serial: now.serial,
-            power_marker: file.encoder.power_marker.clone(),
-        });
+        let fix = Fix { joint: *joint, angle_deg: angles[*joint], position_counts: now.position, homing_method: None };
+        references.push(joint_reference(robot, &fix, now, earlier)?);
     }
     // Only when all is right: a marker without its reference would hide a loss of power from an older reference.
     for joint in joints {
@@ -178,27 +117,10 @@ where
     Ok(References::new(references))
 }
 
-fn print(references: &References, path: &Path, json: bool) -> anyhow::Result<()> {
-    let mut output = console::output();
-    if json {
-        let report = serde_json::json!({ "file": path.to_string_lossy(), "references": references });
-        console::print_json(&report)?;
-        return Ok(());
-    }
-    for joint in &references.joints {
-        let serial = joint.serial.map_or_else(|| "no serial number".to_owned(), |serial| format!("serial {serial}"));
-        writeln!(
-            output,
-            "{}: {} deg at {} counts, node {}, {serial}",
-            joint.name, joint.angle_deg, joint.position_counts, joint.node
-        )?;
-    }
-    writeln!(output, "stored in {}", path.display())?;
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use crate::robot::BUILT_IN;
     use crate::robot::overrides::Overrides;
