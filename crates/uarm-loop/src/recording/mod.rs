@@ -25,7 +25,7 @@ pub use outlet::{Dropped, FullQueue};
 pub use sink::{Entry, FrameRecord, Note, PeriodicRecord, RunEnd, Severity, Sink};
 pub use writer::{LogHandle, Writer};
 
-use outlet::{Sizes, outlet};
+use outlet::{Counters, Sizes, outlet};
 
 /// How long a disk may stand still before anything is lost.
 const QUEUE_SPAN: Duration = Duration::from_secs(12);
@@ -62,16 +62,16 @@ pub fn start<const J: usize, const N: usize>(
     full_queue: FullQueue,
     period: Duration,
 ) -> io::Result<Recording<J, N>> {
-    let dropped = Arc::new(Dropped::default());
+    let counters = Arc::new(Counters::default());
     let per_cycle = sizes(period);
-    let (cycles, cycle_queue) = outlet(per_cycle, full_queue, &dropped);
-    let (frames, frame_queue) = outlet(per_cycle.times(FRAMES_PER_CYCLE), full_queue, &dropped);
-    let (periodic, record_queue) = outlet(sizes(PERIODIC_INTERVAL), full_queue, &dropped);
+    let (cycles, cycle_queue) = outlet(per_cycle, full_queue, &counters);
+    let (frames, frame_queue) = outlet(per_cycle.times(FRAMES_PER_CYCLE), full_queue, &counters);
+    let (periodic, record_queue) = outlet(sizes(PERIODIC_INTERVAL), full_queue, &counters);
     let queues = writer::Queues { cycles: cycle_queue, frames: frame_queue, periodic: record_queue };
     Ok(Recording {
         loop_recorder: LoopRecorder { cycles, periodic },
         frame_recorder: FrameRecorder::new(frames),
-        writer: Writer::start(queues, sinks, full_queue, dropped)?,
+        writer: Writer::start(queues, sinks, full_queue, Arc::clone(&counters.dropped))?,
     })
 }
 

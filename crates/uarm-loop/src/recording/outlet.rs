@@ -14,6 +14,23 @@ pub enum FullQueue {
     Wait,
 }
 
+/// A record with its number: all queues of a recording count together, so that the numbers tell in which order the loop pushed.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbered<T> {
+    /// How many records were pushed before it, to whichever queue.
+    pub number: u64,
+    /// The record.
+    pub record: T,
+}
+
+/// What is common to the queues of a recording.
+#[derive(Debug, Default)]
+pub struct Counters {
+    next_number: AtomicU64,
+    /// Records lost so far.
+    pub dropped: Arc<Dropped>,
+}
+
 /// How many records are lost.
 #[derive(Debug, Default)]
 pub struct Dropped(AtomicU64);
@@ -48,29 +65,35 @@ impl Sizes {
 /// The loop's end of a queue.
 #[derive(Debug)]
 pub struct Outlet<T> {
-    producer: Producer<T>,
+    producer: Producer<Numbered<T>>,
     full_queue: FullQueue,
     ring: Ring<T>,
     pushed: u64,
-    dropped: Arc<Dropped>,
+    counters: Arc<Counters>,
 }
 
 /// A queue and its ring. Allocates all that either will ever hold.
-pub fn outlet<T: Copy>(sizes: Sizes, full_queue: FullQueue, dropped: &Arc<Dropped>) -> (Outlet<T>, Consumer<T>) {
+pub fn outlet<T: Copy>(
+    sizes: Sizes,
+    full_queue: FullQueue,
+    counters: &Arc<Counters>,
+) -> (Outlet<T>, Consumer<Numbered<T>>) {
     let (producer, consumer) = RingBuffer::new(sizes.queue);
     let ring = Ring { slots: Vec::with_capacity(sizes.ring), oldest: 0 };
-    (Outlet { producer, full_queue, ring, pushed: 0, dropped: Arc::clone(dropped) }, consumer)
+    (Outlet { producer, full_queue, ring, pushed: 0, counters: Arc::clone(counters) }, consumer)
 }
 
 impl<T: Copy> Outlet<T> {
     /// Hands a record over.
     pub fn push(&mut self, record: T) {
         self.pushed += 1;
-        let mut pending = record;
+        // One thread pushes to all queues: the numbers need no order of their own in memory, the queues bring it.
+        let number = self.counters.next_number.fetch_add(1, Ordering::Relaxed);
+        let mut pending = Numbered { number, record };
         while let Err(PushError::Full(returned)) = self.producer.push(pending) {
             // An abandoned queue is one whose writer has died: waiting for it would never end.
             if self.full_queue == FullQueue::Keep || self.producer.is_abandoned() {
-                self.keep(returned);
+                self.keep(returned.record);
                 return;
             }
             pending = returned;
@@ -80,7 +103,7 @@ impl<T: Copy> Outlet<T> {
 
     fn keep(&mut self, record: T) {
         if self.ring.keep(record) == Kept::InsteadOfTheOldest {
-            self.dropped.add_one();
+            self.counters.dropped.add_one();
         }
     }
 
@@ -135,22 +158,27 @@ mod tests {
 
     #[test]
     fn what_the_queue_does_not_take_is_kept_and_the_newest_survive() {
-        let dropped = Arc::new(Dropped::default());
-        let (mut outlet, mut consumer) = outlet(SIZES, FullQueue::Keep, &dropped);
+        let counters = Arc::new(Counters::default());
+        let (mut outlet, mut consumer) = outlet(SIZES, FullQueue::Keep, &counters);
         for record in 0..8 {
             outlet.push(record);
         }
-        assert_eq!(dropped.count(), 3, "3, 4 and 5 had to make room for 6 and 7");
-        assert_eq!(std::iter::from_fn(|| consumer.pop().ok()).collect::<Vec<_>>(), [0, 1, 2]);
+        assert_eq!(counters.dropped.count(), 3, "3, 4 and 5 had to make room for 6 and 7");
+        let taken = std::iter::from_fn(|| consumer.pop().ok()).map(|taken| (taken.number, taken.record));
+        assert_eq!(taken.collect::<Vec<_>>(), [(0, 0), (1, 1), (2, 2)]);
         outlet.push(8);
-        assert_eq!(consumer.pop(), Ok(8), "the queue takes records again as soon as there is room");
+        assert_eq!(
+            consumer.pop().map(|taken| taken.record),
+            Ok(8),
+            "the queue takes records again as soon as there is room"
+        );
         assert_eq!(outlet.into_kept(), [6, 7]);
     }
 
     #[test]
     fn a_dead_writer_is_not_waited_for() {
-        let dropped = Arc::new(Dropped::default());
-        let (mut outlet, consumer) = outlet(SIZES, FullQueue::Wait, &dropped);
+        let counters = Arc::new(Counters::default());
+        let (mut outlet, consumer) = outlet(SIZES, FullQueue::Wait, &counters);
         drop(consumer);
         for record in 0..4 {
             outlet.push(record);

@@ -82,8 +82,8 @@ pub struct RunEnd {
     pub dropped: u64,
 }
 
-/// What a sink is given, in the order of the instants: a cycle comes behind its frames, a keyframe behind the cycle that it follows and
-/// before all frames of the next. What was kept for the writer comes last.
+/// What a sink is given, in the order in which the loop recorded it: a cycle comes behind its frames, a keyframe behind the cycle that
+/// it follows and before all frames of the next. What was kept for the writer comes last.
 #[derive(Clone, Copy, Debug)]
 pub enum Entry<'a, const J: usize, const N: usize> {
     /// The record of a cycle.

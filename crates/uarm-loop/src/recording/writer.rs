@@ -8,10 +8,9 @@ use std::time::Duration;
 
 use rtrb::Consumer;
 use uarm_io::realtime::let_others_go_first;
-use uarm_io::time::Instant;
 
 use super::loop_side::Leftovers;
-use super::outlet::{Dropped, FullQueue};
+use super::outlet::{Dropped, FullQueue, Numbered};
 use super::sink::{Entry, FrameRecord, Note, PeriodicRecord, RunEnd, Severity, Sink};
 use crate::record::CycleRecord;
 
@@ -23,9 +22,9 @@ pub const FINISH_LIMIT: Duration = Duration::from_secs(10);
 
 /// The writer's ends of the queues.
 pub(super) struct Queues<const J: usize, const N: usize> {
-    pub cycles: Consumer<CycleRecord<J, N>>,
-    pub frames: Consumer<FrameRecord>,
-    pub periodic: Consumer<PeriodicRecord<J, N>>,
+    pub cycles: Consumer<Numbered<CycleRecord<J, N>>>,
+    pub frames: Consumer<Numbered<FrameRecord>>,
+    pub periodic: Consumer<Numbered<PeriodicRecord<J, N>>>,
 }
 
 /// What the writer is asked for by threads that may wait.
@@ -165,7 +164,6 @@ impl<const J: usize, const N: usize> Work<J, N> {
                 Err(TryRecvError::Empty) => std::thread::sleep(REST),
                 // Whoever started the recording has given it up without an end: keep what there is.
                 Err(TryRecvError::Disconnected) => {
-                    self.drain_all();
                     self.outputs.take(Entry::Pause);
                     return self.outputs.failures;
                 }
@@ -173,63 +171,31 @@ impl<const J: usize, const N: usize> Work<J, N> {
         }
     }
 
-    /// Takes what the queues hold in the order of its instants: a cycle behind its frames, a keyframe behind its cycle and before all
-    /// that follows. In virtual time the order is the same in each run.
+    /// Takes what the queues hold, in the order in which the loop pushed it: the same in each run in virtual time.
     fn drain(&mut self) {
-        self.drain_cycles();
-        match self.full_queue {
-            FullQueue::Keep => self.drain_all(),
-            // The loop would wait for ever for room in a queue that is only emptied up to the last cycle.
-            FullQueue::Wait if self.queues.frames.slots() == self.queues.frames.buffer().capacity() => self.drain_all(),
-            FullQueue::Wait => return,
+        while let Some(queue) = self.queues.earliest() {
+            self.take_from(queue);
         }
-        self.outputs.take(Entry::Pause);
-    }
-
-    fn drain_cycles(&mut self) {
-        while let Ok(cycle) = self.queues.cycles.pop() {
-            // All of it was pushed before the cycle.
-            while let Some(part) = self.next_part(cycle.instants.done) {
-                self.take_part(part);
-            }
-            self.outputs.take(Entry::Cycle(&cycle));
+        // In virtual time the log does not depend on when the writer found nothing to do.
+        if self.full_queue == FullQueue::Keep {
+            self.outputs.take(Entry::Pause);
         }
     }
 
-    /// What no cycle follows yet as well.
-    fn drain_all(&mut self) {
-        while let Some(part) = self.next_part(Instant::from_nanoseconds(u64::MAX)) {
-            // Looked for after the part: a cycle that was pushed before it is seen now.
-            if self.queues.cycles.is_empty() {
-                self.take_part(part);
-            } else {
-                self.drain_cycles();
-            }
-        }
-    }
-
-    /// Where the next record but cycles is: of the frames until then and the others before then, the earliest.
-    fn next_part(&self, until: Instant) -> Option<Part> {
-        // A frame that is seen first: what was pushed before it is seen now.
-        let frame = self.queues.frames.peek().ok().map(|frame| frame.at).filter(|at| *at <= until);
-        let periodic = self.queues.periodic.peek().ok().map(PeriodicRecord::at).filter(|at| *at < until);
-        match (frame, periodic) {
-            (None, None) => None,
-            (Some(frame), Some(periodic)) if periodic < frame => Some(Part::Periodic),
-            (Some(_), _) => Some(Part::Frame),
-            (None, Some(_)) => Some(Part::Periodic),
-        }
-    }
-
-    fn take_part(&mut self, part: Part) {
-        match part {
-            Part::Frame => {
-                if let Ok(frame) = self.queues.frames.pop() {
-                    self.outputs.take(Entry::Frame(&frame));
+    fn take_from(&mut self, queue: Queue) {
+        match queue {
+            Queue::Cycles => {
+                if let Ok(Numbered { record, .. }) = self.queues.cycles.pop() {
+                    self.outputs.take(Entry::Cycle(&record));
                 }
             }
-            Part::Periodic => {
-                if let Ok(record) = self.queues.periodic.pop() {
+            Queue::Frames => {
+                if let Ok(Numbered { record, .. }) = self.queues.frames.pop() {
+                    self.outputs.take(Entry::Frame(&record));
+                }
+            }
+            Queue::Periodic => {
+                if let Ok(Numbered { record, .. }) = self.queues.periodic.pop() {
                     self.outputs.take(Entry::Periodic(&record, self.dropped.count()));
                 }
             }
@@ -247,7 +213,6 @@ impl<const J: usize, const N: usize> Work<J, N> {
 
     fn finish(&mut self, leftovers: &Leftovers<J, N>, end: &RunEnd) {
         self.drain();
-        self.drain_all();
         for frame in &leftovers.frames {
             self.outputs.take(Entry::Frame(frame));
         }
@@ -261,9 +226,71 @@ impl<const J: usize, const N: usize> Work<J, N> {
     }
 }
 
-/// A record that is none of a cycle.
+/// Which queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
-    Frame,
+enum Queue {
+    Cycles,
+    Frames,
     Periodic,
+}
+
+impl<const J: usize, const N: usize> Queues<J, N> {
+    /// The queue whose first record was pushed before those of the others.
+    fn earliest(&self) -> Option<Queue> {
+        // Looked at twice: what was pushed before a record that is seen the first time is seen the second time.
+        self.first()?;
+        self.first()
+    }
+
+    fn first(&self) -> Option<Queue> {
+        let heads = [
+            (Queue::Cycles, self.cycles.peek().ok().map(|head| head.number)),
+            (Queue::Frames, self.frames.peek().ok().map(|head| head.number)),
+            (Queue::Periodic, self.periodic.peek().ok().map(|head| head.number)),
+        ];
+        let numbered = heads.into_iter().filter_map(|(queue, number)| Some((number?, queue)));
+        numbered.min_by_key(|(number, _)| *number).map(|(_, queue)| queue)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::outlet::{Counters, Sizes, outlet};
+    use uarm_io::time::Instant;
+
+    /// Equal instants say nothing of the order: the numbers do.
+    #[test]
+    fn records_leave_in_the_order_in_which_they_were_pushed() {
+        let counters = Arc::new(Counters::default());
+        let sizes = Sizes { queue: 8, ring: 1 };
+        let (_, cycles) = outlet(sizes, FullQueue::Wait, &counters);
+        let (mut frame, frames) = outlet(sizes, FullQueue::Wait, &counters);
+        let (mut record, periodic) = outlet(sizes, FullQueue::Wait, &counters);
+        let mut queues = Queues::<3, 2> { cycles, frames, periodic };
+        let at = Instant::from_nanoseconds(7);
+        let identity = PeriodicRecord::Identities([uarm_io::drive::DriveIdentity::default(); 3], at);
+        let sent = FrameRecord {
+            sequence: 0,
+            direction: uarm_io::link::FrameDirection::Sent,
+            frame: uarm_io::frame::Frame::with(uarm_io::embedded_can::StandardId::ZERO, []),
+            at,
+        };
+        record.push(identity);
+        frame.push(sent);
+        frame.push(sent);
+        record.push(identity);
+        frame.push(sent);
+        let mut order = Vec::new();
+        while let Some(queue) = queues.earliest() {
+            order.push(queue);
+            match queue {
+                Queue::Cycles => panic!("no cycle was pushed"),
+                Queue::Frames => drop(queues.frames.pop()),
+                Queue::Periodic => drop(queues.periodic.pop()),
+            }
+        }
+        use Queue::{Frames, Periodic};
+        assert_eq!(order, [Periodic, Frames, Frames, Periodic, Frames]);
+    }
 }
