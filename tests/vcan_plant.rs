@@ -119,16 +119,20 @@ fn faults_of_encoders_and_answers_end_the_run() {
     for (fault, code) in [
         ("2@0.9s:encoder-jump=5000", "encoder-implausible"),
         ("2@1.5s:encoder-reversed", "encoder-implausible"),
-        ("2@0.9s:encoder-drift=20", "encoder-implausible"),
-        ("2@0.9s:encoder-glitch=48", "encoder-implausible"),
         ("2@0.9s:feedback-replayed", "two-drives-one-node"),
         ("2@0.9s:feedback-lost=100", "feedback-missing"),
         ("2@0.9s:target-ignored", "target-ignored"),
     ] {
         assert!(braked_after(fault, code), "{fault}");
     }
-    // Its counter goes on, so that there is nothing to see of brakes that never opened.
-    braked_after("2:encoder-drift=20", "joint-turning");
+    // Their counters go on: nothing is to be seen of joints that stand.
+    for (fault, code) in [
+        ("2@0.9s:encoder-drift=20", "encoder-implausible"),
+        ("2@0.9s:encoder-glitch=48", "encoder-implausible"),
+        ("2:encoder-drift=20", "joint-turning"),
+    ] {
+        braked_after(fault, code);
+    }
 }
 
 /// A run that ends with `code` on a robot with `fault`; whether its joints stand then.

@@ -28,7 +28,7 @@ pub fn write<const J: usize, const N: usize>(cycles: &[CycleRecord<J, N>], mut o
     output.flush()
 }
 
-/// Writes the header, as [`write`] does, of cycles like `first`.
+/// Writes the header, as [`write()`] does, of cycles like `first`.
 ///
 /// # Errors
 /// If the output cannot be written.
@@ -47,7 +47,7 @@ pub fn write_header<const J: usize, const N: usize>(
     writeln!(output, ",{}", TIMING_COLUMNS.join(","))
 }
 
-/// Writes the row of a cycle, as [`write`] does.
+/// Writes the row of a cycle, as [`write()`] does.
 ///
 /// # Errors
 /// If the output cannot be written.

@@ -1,39 +1,19 @@
-//! `uarm map`: from a space manipulator to its dynamically equivalent manipulator (paper eq. 1).
+//! Space manipulators in the plane, from robot files.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use anyhow::Context;
-use dem_model::{PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
+use dem_model::nalgebra::{Matrix3, Vector3};
+use dem_model::{Body, Joint, JointMotion, PlanarSpaceManipulator, SpaceLink, SpacecraftBody, SpatialSpaceManipulator};
 use serde::{Deserialize, Serialize};
+use uarm_urdf::{Base, Names};
 
-use crate::console;
-use crate::robot::{self, file};
-use crate::text_file;
-
-/// The longest arm that the command maps: one monomorphic copy of the map exists for each length.
-const MOST_LINKS: usize = 8;
-
-/// Arguments of `uarm map`.
-#[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Without FILE: the paper's Table 1 to its Table 2. FILE is a robot file, or a file with a [space_manipulator] table alone:
-
-  [space_manipulator]
-  spacecraft = { mass_kg = 4.816, inertia_kg_m2 = 0.0153, centre_of_mass_to_joint_m = 0.253 }
-  links = [ { mass_kg = 0.618, inertia_kg_m2 = 0.0075, joint_to_centre_of_mass_m = 0.120, centre_of_mass_to_joint_m = 0.118 } ]")]
-pub struct Arguments {
-    /// The manipulator, one to eight links behind the spacecraft
-    file: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-}
+use super::chains::{Chains, MOST_LINKS};
+use crate::robot::file;
 
 /// One link of the dynamically equivalent manipulator, as printed.
 #[derive(Debug, Serialize)]
-struct Row {
+pub struct Row {
     link: usize,
     /// Absent for link 1: the map does not define it and it has no effect.
     mass_kg: Option<f64>,
@@ -47,26 +27,13 @@ struct ManipulatorFile {
     space_manipulator: file::SpaceManipulator,
 }
 
-/// Prints the equivalent manipulator.
-///
-/// # Errors
-/// If the file cannot be read or describes no manipulator.
-pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
-    let (path, text) = match &arguments.file {
-        None => (Path::new(robot::BUILT_IN_NAME).to_owned(), robot::BUILT_IN.to_owned()),
-        Some(path) => (path.clone(), text_file::read(path).with_context(|| path.display().to_string())?),
-    };
-    let parsed: ManipulatorFile = toml::from_str(&text).with_context(|| path.display().to_string())?;
-    let rows = map(&parsed.space_manipulator).with_context(|| format!("{}: space_manipulator", path.display()))?;
-    if arguments.json {
-        console::print_json(&rows)?;
-    } else {
-        print(&mut console::output(), &rows)?;
-    }
-    Ok(ExitCode::SUCCESS)
+/// What the command makes of the text of a robot file, or of a file with a `[space_manipulator]` table alone.
+pub fn map(text: &str) -> anyhow::Result<(Vec<Row>, Chains)> {
+    let parsed: ManipulatorFile = toml::from_str(text)?;
+    map_any(&parsed.space_manipulator).context("space_manipulator")
 }
 
-fn map(manipulator: &file::SpaceManipulator) -> anyhow::Result<Vec<Row>> {
+fn map_any(manipulator: &file::SpaceManipulator) -> anyhow::Result<(Vec<Row>, Chains)> {
     match manipulator.links.len() {
         1 => map_links::<1>(manipulator),
         2 => map_links::<2>(manipulator),
@@ -80,7 +47,7 @@ fn map(manipulator: &file::SpaceManipulator) -> anyhow::Result<Vec<Row>> {
     }
 }
 
-fn map_links<const LINKS: usize>(manipulator: &file::SpaceManipulator) -> anyhow::Result<Vec<Row>> {
+fn map_links<const LINKS: usize>(manipulator: &file::SpaceManipulator) -> anyhow::Result<(Vec<Row>, Chains)> {
     let spacecraft = &manipulator.spacecraft;
     let spacecraft = SpacecraftBody {
         mass: spacecraft.mass_kg,
@@ -96,7 +63,8 @@ fn map_links<const LINKS: usize>(manipulator: &file::SpaceManipulator) -> anyhow
             centre_of_mass_to_joint: link.centre_of_mass_to_joint_m,
         }
     });
-    let equivalent = PlanarSpaceManipulator::new(spacecraft, links)?.dynamically_equivalent();
+    let manipulator = PlanarSpaceManipulator::new(spacecraft, links)?;
+    let equivalent = manipulator.dynamically_equivalent();
     let base = equivalent.base();
     let mut rows =
         vec![Row { link: 1, mass_kg: None, inertia_kg_m2: base.inertia, length_m: base.length, centre_of_mass_m: 0.0 }];
@@ -107,10 +75,34 @@ fn map_links<const LINKS: usize>(manipulator: &file::SpaceManipulator) -> anyhow
         length_m: link.length,
         centre_of_mass_m: link.centre_of_mass,
     }));
-    Ok(rows)
+    Ok((rows, chains(&manipulator)?))
 }
 
-fn print(output: &mut impl Write, rows: &[Row]) -> std::io::Result<()> {
+/// The manipulator in space: its links lie along x while all angles are zero, and turn about z. Inertias about other axes,
+/// which have no effect, are set to the same.
+fn chains<const LINKS: usize>(planar: &PlanarSpaceManipulator<f64, LINKS>) -> anyhow::Result<Chains> {
+    let along = |distance: f64| Vector3::new(distance, 0.0, 0.0);
+    let about = Matrix3::from_diagonal_element;
+    let body = planar.spacecraft();
+    let spacecraft = SpacecraftBody {
+        mass: body.mass,
+        inertia: about(body.inertia),
+        centre_of_mass_to_joint: along(body.centre_of_mass_to_joint),
+    };
+    let links = planar.links().map(|link| SpaceLink {
+        mass: link.mass,
+        inertia: about(link.inertia),
+        joint_to_centre_of_mass: along(link.joint_to_centre_of_mass),
+        centre_of_mass_to_joint: along(link.centre_of_mass_to_joint),
+    });
+    let manipulator = SpatialSpaceManipulator::new(spacecraft, links)?;
+    let joint = Joint::new(JointMotion::Revolute, Vector3::z(), Body::Base)?;
+    let names = Names::numbered("space_manipulator", "spacecraft", LINKS);
+    Ok(Chains::new(&names, Base::Planar, &manipulator, &[joint; LINKS]))
+}
+
+/// Prints the equivalent manipulator.
+pub fn print(output: &mut impl Write, rows: &[Row]) -> std::io::Result<()> {
     writeln!(output, "dynamically equivalent manipulator (paper eq. 1)")?;
     writeln!(output, "{:>5}  {:>12}  {:>14}  {:>12}  {:>12}", "link", "m (kg)", "I (kg m^2)", "W (m)", "lc (m)")?;
     for row in rows {

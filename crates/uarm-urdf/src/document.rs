@@ -1,0 +1,223 @@
+//! Links and joints of a URDF, as they stand.
+
+use std::collections::BTreeMap;
+
+use dem_model::nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use roxmltree::{Document, Node, ParsingOptions};
+
+use crate::error::UrdfError;
+use crate::rigid_body::RigidBody;
+
+/// How a joint of a URDF moves.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Fixed,
+    Revolute,
+    Continuous,
+    Prismatic,
+    /// Any other, by its name.
+    Other(String),
+}
+
+/// The range of a joint's coordinate, and what its motor can do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// The least coordinate in rad or m; none where the joint is continuous.
+    pub lower: Option<f64>,
+    /// The largest coordinate in rad or m.
+    pub upper: Option<f64>,
+    /// The largest torque in N·m, or force in N.
+    pub effort: f64,
+    /// The largest velocity in rad/s or m/s.
+    pub velocity: f64,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Joint {
+    pub name: String,
+    pub line: u32,
+    pub kind: Kind,
+    pub parent: String,
+    pub child: String,
+    /// From the child's frame to the parent's while the coordinate is zero.
+    pub origin: Isometry3<f64>,
+    /// In the child's frame.
+    pub axis: Vector3<f64>,
+    pub limits: Option<Limits>,
+}
+
+/// A URDF.
+#[derive(Debug, Clone)]
+pub(crate) struct Robot {
+    pub name: String,
+    /// What each link weighs, in its own frame.
+    pub links: BTreeMap<String, RigidBody>,
+    pub joints: Vec<Joint>,
+}
+
+/// An element, with the name of the link or joint that it belongs to.
+struct Part<'a, 'input> {
+    node: Node<'a, 'input>,
+    of: &'a str,
+}
+
+fn line(node: &Node<'_, '_>) -> u32 {
+    node.document().text_pos_at(node.range().start).row
+}
+
+fn child<'a, 'input>(node: &Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input>> {
+    node.children().find(|child| child.has_tag_name(name))
+}
+
+impl<'a> Part<'a, '_> {
+    fn child(&self, name: &str) -> Option<Self> {
+        Some(Self { node: child(&self.node, name)?, of: self.of })
+    }
+
+    fn required(&self, name: &'static str, what: &'static str) -> Result<Self, UrdfError> {
+        self.child(name).ok_or_else(|| self.missing(what))
+    }
+
+    fn missing(&self, what: &'static str) -> UrdfError {
+        UrdfError::Missing { line: line(&self.node), of: self.of.to_owned(), what }
+    }
+
+    fn text(&self, attribute: &str, what: &'static str) -> Result<&'a str, UrdfError> {
+        self.node.attribute(attribute).ok_or_else(|| self.missing(what))
+    }
+
+    fn number(&self, attribute: &str, what: &'static str) -> Result<Option<f64>, UrdfError> {
+        let Some(found) = self.node.attribute(attribute) else { return Ok(None) };
+        match found.trim().parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(Some(number)),
+            _ => Err(self.refuse(what, found, "a finite number")),
+        }
+    }
+
+    fn vector(&self, attribute: &str, what: &'static str) -> Result<Option<Vector3<f64>>, UrdfError> {
+        let Some(found) = self.node.attribute(attribute) else { return Ok(None) };
+        let numbers: Option<Vec<f64>> =
+            found.split_whitespace().map(|word| word.parse().ok().filter(|number: &f64| number.is_finite())).collect();
+        match numbers.as_deref() {
+            Some([x, y, z]) => Ok(Some(Vector3::new(*x, *y, *z))),
+            _ => Err(self.refuse(what, found, "three finite numbers")),
+        }
+    }
+
+    fn refuse(&self, attribute: &'static str, found: &str, expected: &'static str) -> UrdfError {
+        UrdfError::Attribute {
+            line: line(&self.node),
+            of: self.of.to_owned(),
+            attribute,
+            found: found.to_owned(),
+            expected,
+        }
+    }
+
+    /// The pose of the element's `<origin>`: roll, pitch and yaw about the fixed axes x, y and z, in this order.
+    fn origin(&self) -> Result<Isometry3<f64>, UrdfError> {
+        let Some(origin) = self.child("origin") else { return Ok(Isometry3::identity()) };
+        let place = origin.vector("xyz", "origin xyz")?.unwrap_or_default();
+        let turn = origin.vector("rpy", "origin rpy")?.unwrap_or_default();
+        Ok(Isometry3::from_parts(Translation3::from(place), UnitQuaternion::from_euler_angles(turn.x, turn.y, turn.z)))
+    }
+
+    fn inertial(&self) -> Result<RigidBody, UrdfError> {
+        let Some(inertial) = self.child("inertial") else { return Ok(RigidBody::none()) };
+        let mass = inertial.required("mass", "<mass> in <inertial>")?;
+        let mass = mass.number("value", "mass value")?.ok_or_else(|| mass.missing("value in <mass>"))?;
+        let tensor = inertial.required("inertia", "<inertia> in <inertial>")?;
+        let mut entries = [0.0; 6];
+        for (entry, name) in entries.iter_mut().zip(["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]) {
+            *entry = tensor.number(name, "inertia ixx to izz")?.unwrap_or(0.0);
+        }
+        let [xx, xy, xz, yy, yz, zz] = entries;
+        let inertia = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        Ok(RigidBody::about_centre(mass, &Vector3::zeros(), &inertia).moved(&inertial.origin()?))
+    }
+
+    fn limits(&self, kind: &Kind) -> Result<Option<Limits>, UrdfError> {
+        let Some(limit) = self.child("limit") else { return Ok(None) };
+        let bound = |attribute, what| match kind {
+            Kind::Continuous => Ok(None),
+            _ => limit.number(attribute, what).map(|bound| Some(bound.unwrap_or(0.0))),
+        };
+        Ok(Some(Limits {
+            lower: bound("lower", "limit lower")?,
+            upper: bound("upper", "limit upper")?,
+            effort: limit.number("effort", "limit effort")?.unwrap_or(0.0),
+            velocity: limit.number("velocity", "limit velocity")?.unwrap_or(0.0),
+        }))
+    }
+}
+
+impl Robot {
+    /// Reads a document. Meshes, transmissions and other elements are left out.
+    pub fn parse(text: &str) -> Result<Self, UrdfError> {
+        let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+        let document =
+            Document::parse_with_options(text, options).map_err(|error| UrdfError::Xml(error.to_string()))?;
+        let root = document.root_element();
+        if !root.has_tag_name("robot") {
+            return Err(UrdfError::NoRobot { line: line(&root), found: root.tag_name().name().to_owned() });
+        }
+        let mut robot = Self {
+            name: root.attribute("name").unwrap_or("robot").to_owned(),
+            links: BTreeMap::new(),
+            joints: Vec::new(),
+        };
+        for node in root.children().filter(|node| node.has_tag_name("link")) {
+            let name = Part { node, of: "a link" }.text("name", "name")?;
+            let body = Part { node, of: name }.inertial()?;
+            if robot.links.insert(name.to_owned(), body).is_some() {
+                return Err(UrdfError::Twice { line: line(&node), of: format!("link {name:?}") });
+            }
+        }
+        for node in root.children().filter(|node| node.has_tag_name("joint")) {
+            let joint = robot.joint(node)?;
+            if robot.joints.iter().any(|other| other.name == joint.name) {
+                return Err(UrdfError::Twice { line: joint.line, of: format!("joint {:?}", joint.name) });
+            }
+            if robot.joints.iter().any(|other| other.child == joint.child) {
+                return Err(UrdfError::NoTree { line: joint.line, link: joint.child });
+            }
+            robot.joints.push(joint);
+        }
+        Ok(robot)
+    }
+
+    fn joint(&self, node: Node<'_, '_>) -> Result<Joint, UrdfError> {
+        let name = Part { node, of: "a joint" }.text("name", "name")?;
+        let part = Part { node, of: name };
+        let kind = match part.text("type", "type")? {
+            "fixed" => Kind::Fixed,
+            "revolute" => Kind::Revolute,
+            "continuous" => Kind::Continuous,
+            "prismatic" => Kind::Prismatic,
+            other => Kind::Other(other.to_owned()),
+        };
+        let link =
+            |name, what| part.required(name, what)?.text("link", "link in <parent> or <child>").map(str::to_owned);
+        let (parent, child) = (link("parent", "<parent>")?, link("child", "<child>")?);
+        for link in [&parent, &child] {
+            if !self.links.contains_key(link) {
+                let (joint, link) = (name.to_owned(), link.clone());
+                return Err(UrdfError::NoSuchLink { line: line(&node), joint, link });
+            }
+        }
+        let axis = match part.child("axis") {
+            Some(axis) => axis.vector("xyz", "axis xyz")?.unwrap_or_else(Vector3::x),
+            None => Vector3::x(),
+        };
+        Ok(Joint {
+            name: name.to_owned(),
+            line: line(&node),
+            limits: part.limits(&kind)?,
+            kind,
+            parent,
+            child,
+            origin: part.origin()?,
+            axis,
+        })
+    }
+}

@@ -1,0 +1,126 @@
+//! `uarm map` of a URDF: what it prints, what it writes, what it refuses.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const URDF: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/urdf/three_joints.urdf");
+
+fn map(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_uarm")).arg("map").args(arguments).output().unwrap()
+}
+
+fn standard_output(output: &Output) -> String {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("map-{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Masses 100, 10, 21 and 10 kg of 141: eq. 1 by hand, along z.
+#[test]
+fn a_urdf_becomes_its_equivalent() {
+    let json: Value = serde_json::from_str(&standard_output(&map(&[URDF, "--tip", "tool", "--json"]))).unwrap();
+    assert_eq!(json["total_mass_kg"], 141.0);
+    assert_eq!(json["locked_joints"], serde_json::json!(["camera_pan"]));
+    let space = json["space_manipulator"].as_array().unwrap();
+    assert_eq!(space[0]["merged"], serde_json::json!(["mount"]));
+    assert_eq!((space.len(), space[2]["mass_kg"].as_f64()), (4, Some(21.0)));
+    let dem = json["dynamically_equivalent"].as_array().unwrap();
+    assert_eq!(dem[0]["mass_kg"], Value::Null);
+    let number = |row: usize, field: &str, index: usize| dem[row][field][index].as_f64().unwrap();
+    let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+    close(dem[1]["mass_kg"].as_f64().unwrap(), 141.0 * 141.0 * 10.0 / (100.0 * 110.0));
+    // The spacecraft's centre of mass is 0.2 above the bus, its joint 0.8.
+    close(number(0, "length_m", 2), 0.6 * 100.0 / 141.0);
+    close(number(1, "centre_of_mass_m", 2), 0.1 * 100.0 / 141.0);
+    close(number(1, "length_m", 2), (0.1 * 110.0 + 0.1 * 100.0) / 141.0);
+    assert_eq!(json["joints"][1]["limits"]["lower"], -2.0);
+    assert_eq!(json["joints"][2]["limits"], Value::Null);
+
+    let text = standard_output(&map(&[URDF, "--tip", "tool"]));
+    for expected in [
+        "three joints: 3 joints, 141.000000 kg",
+        "joint yaw: revolute, axis 0.000000 0.000000 1.000000, -3 to 3; 20 at most 0.5/s",
+        "joint elbow: revolute, axis 1.000000 0.000000 0.000000, no limits in the file: they come from the robot file",
+        "joint camera_pan: beside the arm, taken as fixed at zero",
+        "bus with mount: mass free",
+    ] {
+        assert!(text.contains(expected), "no {expected:?} in\n{text}");
+    }
+}
+
+#[test]
+fn what_is_written_is_read_again() {
+    let folder = folder("written");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (urdf, dem, mjcf) = (file("space.urdf"), file("dem.urdf"), file("dem.xml"));
+    let write = [URDF, "--tip", "tool", "--json", "--urdf", &urdf, "--dem-urdf", &dem, "--dem-mjcf", &mjcf];
+    let first: Value = serde_json::from_str(&standard_output(&map(&write))).unwrap();
+    let again: Value = serde_json::from_str(&standard_output(&map(&[&urdf, "--json"]))).unwrap();
+    let numbers = |json: &Value, table: &str| -> Vec<f64> {
+        let rows = json[table].as_array().unwrap();
+        let fields = ["inertia_kg_m2", "centre_of_mass_m", "length_m"];
+        rows.iter()
+            .flat_map(|row| fields.map(|field| row[field].clone()))
+            .flat_map(|list| list.as_array().unwrap().clone())
+            .map(|number| number.as_f64().unwrap())
+            .collect()
+    };
+    for table in ["space_manipulator", "dynamically_equivalent"] {
+        let (before, after) = (numbers(&first, table), numbers(&again, table));
+        assert_eq!(before.len(), after.len());
+        assert!(before.iter().zip(&after).all(|(a, b)| (a - b).abs() < 1e-12), "{table}: {before:?} {after:?}");
+    }
+    assert!(std::fs::read_to_string(&mjcf).unwrap().contains(r#"<joint name="base" type="ball"/>"#));
+    let twice = map(&write);
+    assert_eq!(twice.status.code(), Some(1), "files are not replaced");
+    assert!(standard_output(&map(&[&write[..], &["--force"]].concat())).contains("three joints"));
+}
+
+/// The paper's arm is written as one in the plane.
+#[test]
+fn a_robot_file_is_written_too() {
+    let folder = folder("planar");
+    let (space, dem) = (folder.join("space.xml"), folder.join("dem.xml"));
+    standard_output(&map(&["--mjcf", space.to_str().unwrap(), "--dem-mjcf", dem.to_str().unwrap()]));
+    let (space, dem) = (std::fs::read_to_string(space).unwrap(), std::fs::read_to_string(dem).unwrap());
+    assert!(space.contains("<freejoint") && space.contains(r#"mass="4.816""#), "{space}");
+    assert!(dem.contains(r#"<joint name="base" type="hinge" axis="0 0 1"/>"#), "{dem}");
+}
+
+#[test]
+fn what_is_wrong_is_named_with_the_option_that_helps() {
+    let cases: [(&[&str], i32, &str); 7] = [
+        (&[URDF], 1, "the arm ends in \"camera\", \"tool\", expected one to be named as its tip (--tip LINK names it)"),
+        (&[URDF, "--tip", "hand"], 1, "no link \"hand\""),
+        (&[URDF, "--tip", "tool", "--base", "tool"], 1, "link \"tool\" is not outboard of link \"tool\""),
+        (&[URDF, "--tip", "tool", "--base-mass", "5"], 2, "--base-inertia"),
+        (&[URDF, "--tip", "tool", "--base-mass", "5", "--base-inertia", "1,2"], 2, "three or six numbers"),
+        (&["--tip", "tool"], 1, "--tip is for a URDF, and this is none"),
+        (&[URDF, "--tip", "tool", "--urdf", URDF, "--force"], 1, "it is the input"),
+    ];
+    for (arguments, code, expected) in cases {
+        let output = map(arguments);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
+        assert!(message.contains(expected), "{arguments:?}: {message}");
+    }
+    let folder = folder("wrong");
+    let file = folder.join("arm.urdf");
+    let text = std::fs::read_to_string(URDF).unwrap();
+    std::fs::write(&file, text.replace(r#"<mass value="20"/>"#, r#"<mass value="heavy"/>"#)).unwrap();
+    let output = map(&[file.to_str().unwrap(), "--tip", "tool"]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        message.contains("arm.urdf: line 17: upper_arm: mass value = \"heavy\", expected a finite number"),
+        "{message}"
+    );
+}
