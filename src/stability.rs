@@ -3,8 +3,6 @@
 
 use hinf_control::{AdaptationGuard, AnyController, BuildError, Law};
 use nalgebra::Vector2;
-use uarm_io::drive::wishes::TorqueApplies;
-use uarm_io::time::Duration;
 use uarm_loop::robot::Joint;
 use uarm_loop::stability::survey::{Worst, task, workspace, worst};
 use uarm_loop::stability::{DelayError, NotLinear, SampledLoop, TransportDelay};
@@ -98,18 +96,9 @@ impl<'a> Analysis<'a> {
 /// No configuration was looked at. There always is one; if not, nothing is known to be stable.
 const NOWHERE: Worst = Worst { radius: f64::NAN, configuration: Vector2::new(f64::NAN, f64::NAN) };
 
-/// From the SYNC that latches the counts to the torque of a joint's motor: the frames of a cycle, at their longest, and what
-/// the drive takes from there. What the computer needs for its part, some ten microseconds, is not in it.
+/// From the SYNC that latches the counts to the torque of a joint's motor.
 fn drive_delay(robot: &LoopRobot, joint: &Joint) -> Result<TransportDelay, DelayError> {
-    TransportDelay::of(command_delay(robot, joint) + joint.torque_delay, robot.period)
-}
-
-/// From the SYNC that latches the counts to the instant at which the command acts in the drive.
-fn command_delay(robot: &LoopRobot, joint: &Joint) -> Duration {
-    match joint.drive.torque_applies {
-        TorqueApplies::OnReception => robot.bus.time.cyclic,
-        TorqueApplies::AtSync => robot.period.duration(),
-    }
+    TransportDelay::of(robot.command_delay(joint) + joint.torque_delay, robot.period)
 }
 
 #[cfg(test)]
@@ -117,6 +106,7 @@ mod tests {
     use std::path::Path;
 
     use hinf_control::BaseAcceleration;
+    use uarm_io::time::Duration;
     use uarm_loop::stability::LinearEstimator;
 
     use super::*;

@@ -18,12 +18,16 @@ pub struct Expectation {
     pub faults: &'static [FaultCode],
     /// How long after the fault all brakes must be closed, if it ends by it; nothing where it shows only later.
     pub within: Option<Duration>,
+    /// For how long the joint may have all of its torque after the fault: from then on it shows.
+    pub full_torque_for: Option<Duration>,
     /// May the joint's brake stay open, and the joint go on?
     pub brake_may_fail: bool,
 }
 
 /// Cycles from what shows in one to brakes that are closed: the cycle itself, and the stop's first frames.
 const CYCLES_TO_STOP: u32 = 2;
+/// For how long a joint may have all of its torque whose encoder or motor does not do what the torque asks of it.
+const FULL_TORQUE: Duration = Duration::from_millis(250);
 /// What a stop that was asked for may take.
 const REQUESTED_STOP: Duration = Duration::from_millis(110);
 
@@ -37,8 +41,11 @@ impl Expectation {
         // The drive brakes by itself when it misses the controller's heartbeat, of which one may just have come.
         let bus = &robot.description.bus;
         let by_watchdog = Some(bus.controller_timeout + bus.controller_heartbeat + period * CYCLES_TO_STOP);
-        let ends = |faults, within| Self { may_complete: false, faults, within, brake_may_fail: false };
+        let ends =
+            |faults, within| Self { may_complete: false, faults, within, full_torque_for: None, brake_may_fail: false };
         let may_end = |faults, within| Self { may_complete: true, ..ends(faults, within) };
+        // At rest, or under a torque that friction may hold, nothing tells of it.
+        let shows_at_full_torque = Self { full_torque_for: Some(FULL_TORQUE), ..may_end(ENCODER, None) };
         match fault {
             Fault::Nothing => may_end(&[], None),
             Fault::StopRequest => ends(&[], Some(REQUESTED_STOP)),
@@ -46,7 +53,11 @@ impl Expectation {
                 DriveFault::PowerLost => ends(&[FaultCode::FeedbackMissing], after_prediction),
                 DriveFault::BusDisconnected => ends(&[FaultCode::FeedbackMissing], by_watchdog),
                 DriveFault::EncoderJump { .. } => may_end(ENCODER, None),
-                DriveFault::EncoderStuck => may_end(ENCODER, None),
+                DriveFault::EncoderStuck
+                | DriveFault::EncoderReversed
+                | DriveFault::TorqueReversed
+                | DriveFault::BrakeStuckEngaged => shows_at_full_torque,
+                DriveFault::EncoderDrift { .. } => ends(ENCODER, at_once),
                 DriveFault::OverTemperature => ends(&[FaultCode::DriveEmergency, FaultCode::DriveNotEnabled], at_once),
                 DriveFault::BrakeStuckReleased => Self { brake_may_fail: true, ..may_end(&[], None) },
                 _ => may_end(ENCODER, None),
@@ -82,4 +93,7 @@ const ENCODER: &[FaultCode] = &[
     FaultCode::JointVelocity,
     FaultCode::JointAngle,
     FaultCode::TorqueSaturated,
+    FaultCode::EncoderStuck,
+    FaultCode::TorqueReversed,
+    FaultCode::ModelContradicted,
 ];

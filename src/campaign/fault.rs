@@ -69,15 +69,21 @@ const MOST_LOST: f64 = 6.0;
 /// Largest jump of a counter that is drawn, counts: half a revolution of the paper's encoders.
 const LARGEST_JUMP: f64 = 16_000.0;
 
+/// Least and most counts in a cycle by which a counter drifts that is drawn: fewer look like a joint that turns.
+const DRIFTS: [f64; 2] = [20.0, 200.0];
+
 impl Fault {
     /// One fault of each kind, for the list of kinds and to be drawn from.
-    const KINDS: [Self; 24] = [
+    const KINDS: [Self; 27] = [
         Self::Nothing,
         Self::StopRequest,
         Self::Drive(DriveFault::PowerLost),
         Self::Drive(DriveFault::BusDisconnected),
         Self::Drive(DriveFault::EncoderJump { counts: 0 }),
         Self::Drive(DriveFault::EncoderStuck),
+        Self::Drive(DriveFault::EncoderReversed),
+        Self::Drive(DriveFault::EncoderDrift { counts: 0 }),
+        Self::Drive(DriveFault::TorqueReversed),
         Self::Drive(DriveFault::OverTemperature),
         Self::Drive(DriveFault::BrakeStuckEngaged),
         Self::Drive(DriveFault::BrakeStuckReleased),
@@ -107,6 +113,11 @@ impl Fault {
                 let sign = if stream.below(2) == 0 { -1.0 } else { 1.0 };
                 Self::Drive(DriveFault::EncoderJump { counts: (sign * size) as i32 })
             }
+            Self::Drive(DriveFault::EncoderDrift { .. }) => {
+                let [least, most] = DRIFTS;
+                let sign = if stream.below(2) == 0 { -1.0 } else { 1.0 };
+                Self::Drive(DriveFault::EncoderDrift { counts: (sign * stream.uniform(least, most)) as i32 })
+            }
             Self::FeedbackLost { .. } => Self::FeedbackLost { cycles: stream.uniform(1.0, MOST_LOST) as u64 },
             Self::Emergency { bytes: 0 } => {
                 Self::Emergency { bytes: u8::try_from(stream.below(8)).unwrap_or_default() }
@@ -130,6 +141,9 @@ impl Fault {
                 DriveFault::BusDisconnected => "bus-disconnected",
                 DriveFault::EncoderJump { .. } => "encoder-jump",
                 DriveFault::EncoderStuck => "encoder-stuck",
+                DriveFault::EncoderReversed => "encoder-reversed",
+                DriveFault::EncoderDrift { .. } => "encoder-drift",
+                DriveFault::TorqueReversed => "torque-reversed",
                 DriveFault::OverTemperature => "over-temperature",
                 DriveFault::BrakeStuckEngaged => "brake-stuck-engaged",
                 DriveFault::BrakeStuckReleased => "brake-stuck-released",
@@ -158,6 +172,7 @@ impl fmt::Display for Fault {
         let kind = self.kind();
         match self {
             Self::Drive(DriveFault::EncoderJump { counts }) => write!(formatter, "{kind} of {counts} counts"),
+            Self::Drive(DriveFault::EncoderDrift { counts }) => write!(formatter, "{kind} of {counts} counts a cycle"),
             Self::FeedbackLost { cycles } => write!(formatter, "{kind} for {cycles} cycles"),
             Self::Emergency { bytes } => write!(formatter, "{kind} of {bytes} bytes"),
             Self::Suspended { duration } => write!(formatter, "{kind} for {duration:?}"),

@@ -55,6 +55,12 @@ pub struct Seen {
     pub largest_torque: [u16; JOINTS],
     /// The largest change of it from one frame to the next, but to zero.
     pub largest_step: [u16; JOINTS],
+    /// The most torque that each drive may be sent, per mille.
+    pub torque_limit: [u16; JOINTS],
+    /// The longest time for which each drive was sent that without a break, after the fault.
+    pub full_torque: [Duration; JOINTS],
+    /// Since when it has been.
+    pub full_torque_since: [Option<Instant>; JOINTS],
     /// Smallest and largest true angle of each joint, rad.
     pub angles: [[f64; 2]; JOINTS],
     /// The last torque that each drive was sent, per mille.
@@ -208,6 +214,14 @@ impl<'a> Injection<'a> {
         seen.largest_torque[index] = seen.largest_torque[index].max(torque.unsigned_abs());
         seen.largest_step[index] = seen.largest_step[index].max(step);
         seen.last_torque[index] = torque;
+        // Rounding may take one per mille.
+        let is_full = torque.unsigned_abs().saturating_add(1) >= seen.torque_limit[index];
+        let now = self.clock.now();
+        let since = seen.full_torque_since[index].unwrap_or(now);
+        seen.full_torque_since[index] = (is_full && seen.fault_at.is_some()).then_some(since);
+        if seen.full_torque_since[index].is_some() {
+            seen.full_torque[index] = seen.full_torque[index].max(now.since(since));
+        }
     }
 }
 

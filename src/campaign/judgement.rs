@@ -63,6 +63,13 @@ pub enum JointViolation {
         /// Where it was, rad.
         found: f64,
     },
+    /// It had all of its torque for longer after the fault than it may.
+    FullTorque {
+        /// For how long.
+        lasted: Duration,
+        /// For how long it may.
+        allowed: Duration,
+    },
     /// Its brake is open in the end.
     BrakeOpen,
 }
@@ -86,6 +93,9 @@ impl fmt::Display for JointViolation {
                 write!(formatter, "torque changed by {sent} per mille in a cycle, allowed {allowed}")
             }
             Self::Angle { found } => write!(formatter, "angle {:.2} deg, beyond its limits", found.to_degrees()),
+            Self::FullTorque { lasted, allowed } => {
+                write!(formatter, "full torque for {lasted:?} after the fault, allowed {allowed:?}")
+            }
             Self::BrakeOpen => formatter.write_str("the brake is open in the end"),
         }
     }
@@ -106,6 +116,12 @@ pub fn judge(
         // After a standstill a torque has had longer to rise in.
         let rise = if matches!(scenario.fault, Fault::Suspended { .. }) { f64::INFINITY } else { rise };
         let found = torques(joint, rise, observation, index).into_iter();
+        let is_driven = joint.torque_limit > 0.0;
+        let is_judged = is_driven && scenario.joint == uarm_sim::Joint::ALL[index];
+        let allowed = expectation.full_torque_for.filter(|_| is_judged);
+        let lasted = observation.seen.full_torque[index];
+        let unnoticed = allowed.filter(|allowed| lasted > *allowed);
+        let found = found.chain(unnoticed.map(|allowed| JointViolation::FullTorque { lasted, allowed }));
         let found = found.chain(mechanics(joint, observation, index).into_iter().filter(|_| !is_excused));
         violations.extend(found.map(|what| Violation::Joint { joint: index + 1, what }));
     }
@@ -158,8 +174,8 @@ fn incomplete_record(observation: &Observation) -> Option<Violation> {
     (cycles + failed < syncs).then_some(Violation::Record { cycles, syncs })
 }
 
-/// A torque in N·m as the wire has it, rounded up.
-fn per_mille(scale: &TorqueScale, torque: f64) -> u16 {
+/// A torque in N·m as the wire has it, rounded up, per mille.
+pub fn per_mille(scale: &TorqueScale, torque: f64) -> u16 {
     let sent = scale.to_drive(torque).map(|torque| torque.per_mille.unsigned_abs());
     sent.map_or(0, |sent| sent.saturating_add(1))
 }
@@ -241,6 +257,19 @@ mod tests {
             words(fault, complete),
             ["joint 1: the brake is open in the end", "joint 3: the brake is open in the end"]
         );
+    }
+
+    #[test]
+    fn a_fault_that_shows_at_full_torque_must_be_noticed_there() {
+        let fault = Fault::Drive(DriveFault::EncoderStuck);
+        let lasting = |milliseconds: u64| {
+            words(fault, |run| {
+                run.end = End::Fault(FaultCode::EncoderStuck);
+                run.seen.full_torque[1] = Duration::from_millis(milliseconds);
+            })
+        };
+        assert_eq!(lasting(250), [""; 0]);
+        assert_eq!(lasting(251), ["joint 2: full torque for 251ms after the fault, allowed 250ms"]);
     }
 
     #[test]

@@ -73,7 +73,7 @@ mod tests {
         assert_eq!(draw(7), draw(7));
         let drawn: Vec<_> = (0..2_000).map(draw).collect();
         let count = |of: fn(&Scenario) -> String| drawn.iter().map(of).collect::<BTreeSet<_>>().len();
-        assert_eq!(count(|scenario| scenario.fault.kind().to_owned()), 23, "emergencies are of two kinds and one name");
+        assert_eq!(count(|scenario| scenario.fault.kind().to_owned()), 26, "emergencies are of two kinds and one name");
         assert_eq!(count(|scenario| scenario.law.name().to_owned()), Law::ALL.len());
         assert_eq!(count(|scenario| format!("{:?}", scenario.joint)), 3);
         let cycles = || drawn.iter().map(|scenario| scenario.cycle);

@@ -16,7 +16,7 @@ use uarm_sim::{InProcessLink, IntegrationStep, Joint, Pacing, VirtualClock};
 
 use super::expectation::Expectation;
 use super::injection::{Bench, Injection, Seen};
-use super::judgement::judge;
+use super::judgement::{judge, per_mille};
 use super::observation::{End, Observation};
 use super::scenario::Scenario;
 use crate::dimensions::{CycleRecord, Progress};
@@ -95,7 +95,10 @@ fn observe(robot: &Robot, scenario: &Scenario) -> anyhow::Result<Observation> {
         .starting_at(simulated_robot::start(robot) + scenario.start_offset)
         .with_integration_step(INTEGRATION_STEP);
     let link = InProcessLink::new(emulate(robot, plant, Pacing::WallClock)?, clock.clone());
-    let bench = Rc::new(RefCell::new(Bench { link, seen: Seen::default() }));
+    let torque_limit =
+        robot.description.joints.each_ref().map(|joint| per_mille(&joint.torque_scale, joint.torque_limit));
+    let seen = Seen { torque_limit, ..Seen::default() };
+    let bench = Rc::new(RefCell::new(Bench { link, seen }));
     let stop = StopRequest::default();
     let description = &robot.description;
     let injection = Injection::new(

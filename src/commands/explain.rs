@@ -97,6 +97,9 @@ const fn page(fault: FaultCode) -> &'static str {
         TorqueInvalid = "torque-invalid",
         NotFinite = "not-finite",
         TorqueSaturated = "torque-saturated",
+        EncoderStuck = "encoder-stuck",
+        TorqueReversed = "torque-reversed",
+        ModelContradicted = "model-contradicted",
         Overrun = "overrun",
         StopUnconfirmed = "stop-unconfirmed",
     }

@@ -21,6 +21,8 @@ pub struct RobotFile {
     pub task: Task,
     pub control: Control,
     pub estimator: Estimator,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub supervision: Supervision,
     pub bus: Bus,
     pub joints: Vec<Joint>,
     pub controllers: ControllerSettings,
@@ -101,6 +103,28 @@ pub enum Estimator {
     TrackingLoop { bandwidth_rad_per_s: f64 },
     Kalman { jerk_density_rad2_per_s5: f64 },
     Levant { jerk_bound_rad_per_s3: f64 },
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
+pub struct Supervision {
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub mode: SupervisionMode,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unmodelled_torque_nm: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model_error: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bandwidth_rad_per_s: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_ms: Option<u16>,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum SupervisionMode {
+    #[default]
+    On,
+    Off,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

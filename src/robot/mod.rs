@@ -13,6 +13,7 @@
 //! | `joint` | encoders, gears, torque scales and limits |
 //! | [`homing`] | how a drive finds its home position by itself |
 //! | `drive` | what the master wants of a drive |
+//! | `supervision` | how counts and torques are held against the model |
 //! | `bus` | the bus and its time budget |
 //! | `known_fields` | which fields a table may have |
 //! | `protocol` | what the drives speak |
@@ -34,6 +35,7 @@ pub mod overrides;
 pub mod profile;
 mod protocol;
 mod reading;
+mod supervision;
 mod task;
 
 use std::path::Path;
@@ -155,6 +157,7 @@ impl Robot {
         let model = model(&file.model, &check)?;
         control::check(&file, model, &check)?;
         let bus = bus::check(&file.bus, &joints, protocol::check(&file, &check)?, period, &check)?;
+        let supervision = supervision::check(&file.supervision, model, &joints, period, &check)?;
         let acceleration_bounds = acceleration::bounds(&model, &joints);
         Ok(Self {
             source: text.to_owned(),
@@ -172,6 +175,7 @@ impl Robot {
                 overruns_in_a_row: control::overruns_in_a_row(&file.control, &check)?,
                 saturation_limit: control::saturation_limit(&file.control, &check)?,
                 rest_velocity: control::rest_velocity(&file.control, &check)?,
+                supervision,
                 stop_ramp: control::stop_ramp(&file.control, &check)?,
                 bus,
             },

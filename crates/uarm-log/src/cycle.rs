@@ -7,7 +7,7 @@ use crate::proto::{ControlSample, DriveState, DriveStates, LoopTiming, drive_sta
 use crate::shape::{ShapeError, array, array_ref};
 use crate::time_axis::TimeAxis;
 use uarm_loop::estimation::AngleSource;
-use uarm_loop::record::{CycleFlags, CycleRecord};
+use uarm_loop::record::{CycleFlags, CycleRecord, Unexplained};
 use uarm_loop::supervisor::Authority;
 use uarm_loop::timing::CycleInstants;
 use uarm_loop::torque::ActualTorque;
@@ -71,6 +71,7 @@ impl CycleMessages {
             torque_sent: states.each_ref().map(|drive| i16::try_from(drive.torque_sent).unwrap_or_default()),
             torque_actual: states.each_ref().map(actual),
             disturbance: array("ControlSample.disturbance", &control.disturbance)?,
+            unexplained: unexplained(control)?,
             flags: CycleFlags {
                 limited: array("ControlSample.limited", &control.limited)?,
                 projected: control.projected,
@@ -83,6 +84,17 @@ impl CycleMessages {
         record.set_parameters(&control.parameters);
         Ok(record)
     }
+}
+
+/// Logs of earlier versions, and runs without supervision, have none.
+fn unexplained<const N: usize>(control: &ControlSample) -> Result<Option<Unexplained<N>>, ShapeError> {
+    if control.residual.is_empty() && control.residual_limit.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Unexplained {
+        residual: array("ControlSample.residual", &control.residual)?,
+        limit: array("ControlSample.residual_limit", &control.residual_limit)?,
+    }))
 }
 
 fn actual(drive: &DriveState) -> Option<ActualTorque> {
@@ -119,6 +131,8 @@ fn control<const J: usize, const N: usize>(record: &CycleRecord<J, N>) -> Contro
         frozen,
         fell_back,
         stopping: record.authority == Authority::Fading,
+        residual: record.unexplained.map(|unexplained| unexplained.residual.to_vec()).unwrap_or_default(),
+        residual_limit: record.unexplained.map(|unexplained| unexplained.limit.to_vec()).unwrap_or_default(),
     }
 }
 
@@ -229,6 +243,7 @@ mod tests {
                         Some(ActualTorque { per_mille, newton_metres: f64::from_bits(bits) })
                     }),
                     disturbance: [next(), next()],
+                    unexplained: flags[0].then(|| Unexplained { residual: [next(), next()], limit: [next(), next()] }),
                     parameters: [0.0; PARAMETER_CAPACITY],
                     parameter_count: 0,
                     flags: CycleFlags {

@@ -4,6 +4,9 @@ use uarm_loop::estimation::JointState;
 use uarm_loop::hinf_control::{FrozenState, STATE_CAPACITY};
 use uarm_loop::keyframe::{Approach, Keyframe};
 use uarm_loop::plausibility::Trend;
+use uarm_loop::supervision::decision::Suspicion;
+use uarm_loop::supervision::observer::JointMotion;
+use uarm_loop::supervision::{REMEMBERED_TORQUES, SupervisionState};
 use uarm_loop::task_clock::TaskClockState;
 use uarm_loop::uarm_io::encoder::EncoderReading;
 use uarm_loop::uarm_io::estimator::Estimate;
@@ -25,6 +28,8 @@ pub fn message<const J: usize, const N: usize>(state: &Keyframe<J, N>, axis: Tim
         torque_applied: state.torque_applied.as_slice().to_vec(),
         torque_output: state.torque_output.as_slice().to_vec(),
         saturation: state.saturation.to_vec(),
+        supervision: state.supervision.as_ref().map(supervised).unwrap_or_default(),
+        supervision_settling: state.supervision.map_or(0.0, |state| state.settling),
         approach: state.approach.map(|approach| keyframe::Approach {
             from: approach.from.as_slice().to_vec(),
             duration: approach.duration,
@@ -51,6 +56,63 @@ fn joint(state: &JointState) -> keyframe::JointState {
     }
 }
 
+fn supervised<const J: usize>(state: &SupervisionState<J>) -> Vec<keyframe::Supervised> {
+    let joints = state.motion.iter().zip(&state.suspicions).enumerate();
+    let message = |(index, (motion, suspicion)): (usize, (&JointMotion, &Suspicion))| {
+        let JointMotion { angle, velocity, momentum, torque, filtered_torque, residual } = *motion;
+        let Suspicion { count, standing_velocity, standing_distance, reversed, beyond } = *suspicion;
+        keyframe::Supervised {
+            angle,
+            velocity,
+            momentum,
+            torque,
+            filtered_torque,
+            residual,
+            count,
+            standing_velocity,
+            standing_distance,
+            reversed,
+            beyond,
+            sent: state.sent.iter().map(|torques| torques[index]).collect(),
+        }
+    };
+    joints.map(message).collect()
+}
+
+/// Nothing in a log of an earlier version, or of a run without supervision.
+fn supervision<const J: usize>(keyframe: &proto::Keyframe) -> Result<Option<SupervisionState<J>>, ShapeError> {
+    if keyframe.supervision.is_empty() {
+        return Ok(None);
+    }
+    let messages: &[keyframe::Supervised; J] = array_ref("Keyframe.supervision", &keyframe.supervision)?;
+    let mut state = SupervisionState {
+        motion: messages.each_ref().map(|message| JointMotion {
+            angle: message.angle,
+            velocity: message.velocity,
+            momentum: message.momentum,
+            torque: message.torque,
+            filtered_torque: message.filtered_torque,
+            residual: message.residual,
+        }),
+        suspicions: messages.each_ref().map(|message| Suspicion {
+            count: message.count,
+            standing_velocity: message.standing_velocity,
+            standing_distance: message.standing_distance,
+            reversed: message.reversed,
+            beyond: message.beyond,
+        }),
+        sent: [[0.0; J]; REMEMBERED_TORQUES],
+        settling: keyframe.supervision_settling,
+    };
+    for (index, message) in messages.iter().enumerate() {
+        let sent: [f64; REMEMBERED_TORQUES] = array("Keyframe.supervision.sent", &message.sent)?;
+        for (torques, torque) in state.sent.iter_mut().zip(sent) {
+            torques[index] = torque;
+        }
+    }
+    Ok(Some(state))
+}
+
 const fn trend(Trend { velocity, span, time_error }: Trend) -> keyframe::Trend {
     keyframe::Trend { velocity, span, time_error }
 }
@@ -75,6 +137,7 @@ pub fn state<const J: usize, const N: usize>(
         torque_applied: array("Keyframe.torque_applied", &message.torque_applied)?.into(),
         torque_output: later("Keyframe.torque_output", &message.torque_output, &message.torque_applied)?.into(),
         saturation: later("Keyframe.saturation", &message.saturation, &[0.0; N])?,
+        supervision: supervision(message)?,
         task_clock: TaskClockState {
             time: message.time,
             previous_sync: message.sync_sent_ns.map(|at| axis.instant(at)),
@@ -143,10 +206,31 @@ mod tests {
     }
 
     prop_compose! {
+        fn any_supervision()(
+            motion in any::<[[f64; 6]; 3]>(),
+            suspicions in any::<[(i32, [f64; 4]); 3]>(),
+            sent in any::<[[f64; 3]; 3]>(),
+            settling in any::<f64>(),
+        ) -> SupervisionState<3> {
+            SupervisionState {
+                motion: motion.map(|[angle, velocity, momentum, torque, filtered_torque, residual]| JointMotion {
+                    angle, velocity, momentum, torque, filtered_torque, residual,
+                }),
+                suspicions: suspicions.map(|(count, [standing_velocity, standing_distance, reversed, beyond])| Suspicion {
+                    count, standing_velocity, standing_distance, reversed, beyond,
+                }),
+                sent,
+                settling,
+            }
+        }
+    }
+
+    prop_compose! {
         fn any_keyframe()(
             controller in prop::collection::vec(any::<f64>(), 0..=STATE_CAPACITY),
             joints in prop::array::uniform3(any_joint()),
             [torque, output, saturation] in any::<[[f64; 2]; 3]>(),
+            supervision in prop::option::of(any_supervision()),
             time in any::<f64>(),
             previous in prop::option::of((0..1_u64 << 60, any::<u64>())),
             approach in prop::option::of(any::<[f64; 3]>()),
@@ -157,6 +241,7 @@ mod tests {
                 torque_applied: torque.into(),
                 torque_output: output.into(),
                 saturation,
+                supervision,
                 task_clock: TaskClockState {
                     time,
                     previous_sync: previous.map(|(sync, _)| Instant::from_nanoseconds(sync)),

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 use uarm_loop::dimensions::number_of_active;
 use uarm_loop::estimation::AngleSource;
-use uarm_loop::record::CycleRecord;
+use uarm_loop::record::{CycleRecord, Unexplained};
 use uarm_loop::supervisor::Authority;
 
 /// The value of a signal.
@@ -84,6 +84,9 @@ pub fn signals<const J: usize, const N: usize>(record: &CycleRecord<J, N>) -> Ve
     list.each("torque_applied", "_nm", first_active, record.torque_applied.map(Value::Number));
     list.each("torque_sent", "_per_mille", 1, record.torque_sent.map(|sent| Value::Integer(sent.into())));
     list.each("disturbance", "_nm", first_active, record.disturbance.map(Value::Number));
+    let unexplained = record.unexplained.unwrap_or(Unexplained { residual: [f64::NAN; N], limit: [f64::NAN; N] });
+    list.each("residual", "_nm", first_active, unexplained.residual.map(Value::Number));
+    list.each("residual_limit", "_nm", first_active, unexplained.limit.map(Value::Number));
     list.each("limited", "", first_active, record.flags.limited.map(Value::Flag));
     list.one("projected", "", Value::Flag(record.flags.projected));
     list.one("at_bound", "", Value::Flag(record.flags.at_bound));

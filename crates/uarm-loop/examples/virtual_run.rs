@@ -78,6 +78,7 @@ fn robot() -> Result<Robot<JOINTS, ACTIVE>, Failure> {
         overruns_in_a_row: Default::default(),
         saturation_limit: Default::default(),
         rest_velocity: Default::default(),
+        supervision: None,
         stop_ramp: Default::default(),
         bus: Bus {
             protocol: Protocol::Canopen,

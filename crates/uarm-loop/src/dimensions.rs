@@ -21,6 +21,15 @@ pub fn active<const J: usize, const N: usize>(values: &[f64; J]) -> SVector<f64,
     SVector::from_fn(|row, _| values.get(row + 1).copied().unwrap_or_default())
 }
 
+/// The values of all joints, of which the passive base's is zero.
+pub fn of_all<const J: usize, const N: usize>(active: &SVector<f64, N>) -> [f64; J] {
+    let mut all = [0.0; J];
+    for (to, from) in all.iter_mut().skip(1).zip(active) {
+        *to = *from;
+    }
+    all
+}
+
 /// The number by which people count the active joint at `index`: 2 for the first.
 pub const fn number_of_active(index: usize) -> usize {
     index + 2
@@ -35,6 +44,7 @@ mod tests {
         check::<3, 2>();
         assert_eq!(base(&[7, 8, 9]), 7);
         assert_eq!(active::<4, 3>(&[1.0, 2.0, 3.0, 4.0]), SVector::from([2.0, 3.0, 4.0]));
+        assert_eq!(of_all::<4, 3>(&SVector::from([2.0, 3.0, 4.0])), [0.0, 2.0, 3.0, 4.0]);
         assert_eq!(number_of_active(0), 2);
     }
 }

@@ -9,6 +9,8 @@ use crate::estimation::{AngleError, EstimationError};
 use crate::guard::{LimitViolation, Quantity};
 use crate::run::RunError;
 use crate::signal_path::SignalFault;
+use crate::supervision::SupervisionFault;
+use crate::supervision::decision::Contradiction;
 
 /// Why a run ended otherwise than asked for, in one of few names. What was found and expected is in the error itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
@@ -62,6 +64,12 @@ pub enum FaultCode {
     NotFinite,
     /// The torque of a joint was cut by its limits for too long.
     TorqueSaturated,
+    /// A counter stands still under a torque that must move its joint.
+    EncoderStuck,
+    /// A joint accelerates against its torque.
+    TorqueReversed,
+    /// Counts and torques contradict the model.
+    ModelContradicted,
     /// A cycle came too late.
     Overrun,
     /// A drive did not confirm at the end that its power is off.
@@ -94,6 +102,9 @@ crate::choice! {
     TorqueInvalid = "torque-invalid", "A torque is no number, or none that can be sent";
     NotFinite = "not-finite", "An estimate, a result of the law or an adapted parameter is NaN or infinite";
     TorqueSaturated = "torque-saturated", "The torque of a joint was cut by its limits for too long";
+    EncoderStuck = "encoder-stuck", "A counter stands still under a torque that must move its joint";
+    TorqueReversed = "torque-reversed", "A joint accelerates against its torque";
+    ModelContradicted = "model-contradicted", "Counts and torques of a joint contradict the model";
     Overrun = "overrun", "A cycle came too late";
     StopUnconfirmed = "stop-unconfirmed", "A drive did not confirm at the end that its power is off";
 }
@@ -209,6 +220,16 @@ impl Coded for LimitViolation {
     }
 }
 
+impl Coded for SupervisionFault {
+    fn code(&self) -> FaultCode {
+        match self.source {
+            Contradiction::Stuck { .. } => FaultCode::EncoderStuck,
+            Contradiction::Reversed { .. } => FaultCode::TorqueReversed,
+            Contradiction::Residual { .. } => FaultCode::ModelContradicted,
+        }
+    }
+}
+
 impl Coded for SignalFault {
     fn code(&self) -> FaultCode {
         match self {
@@ -216,6 +237,7 @@ impl Coded for SignalFault {
             Self::Limit(violation) => violation.code(),
             Self::NotFinite(_) => FaultCode::NotFinite,
             Self::Saturation(_) => FaultCode::TorqueSaturated,
+            Self::Supervision(fault) => fault.code(),
             Self::Torque(_) => FaultCode::TorqueInvalid,
         }
     }

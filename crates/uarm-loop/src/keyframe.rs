@@ -5,6 +5,7 @@ use nalgebra::SVector;
 
 use crate::estimation::JointState;
 use crate::signal_path::SignalPath;
+use crate::supervision::{Supervision, SupervisionState};
 use crate::task_clock::TaskClockState;
 
 /// A frozen [`SignalPath`]. What is configuration (weights, limits, the task) is not in it; the performance indices are
@@ -21,6 +22,8 @@ pub struct Keyframe<const J: usize, const N: usize> {
     pub torque_output: SVector<f64, N>,
     /// For how long each torque has been cut without a break, s.
     pub saturation: [f64; N],
+    /// What the supervision knows; nothing before the first cycle, or without it.
+    pub supervision: Option<SupervisionState<J>>,
     /// The task clock; its previous tick tells which cycle the keyframe follows.
     pub task_clock: TaskClockState,
     /// Where the approach began and how long it takes, rad and s; nothing in a run without one.
@@ -56,6 +59,7 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
             torque_applied: *self.torque.limiter.applied(),
             torque_output: *self.torque.output_limiter.applied(),
             saturation: self.saturation.lasting(),
+            supervision: self.supervision.as_ref().and_then(Supervision::freeze),
             task_clock: self.task_clock.freeze(),
             approach: self
                 .motion
@@ -86,6 +90,9 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
         self.torque.limiter.thaw(keyframe.torque_applied);
         self.torque.output_limiter.thaw(keyframe.torque_output);
         self.saturation.thaw(keyframe.saturation);
+        if let Some(supervision) = &mut self.supervision {
+            supervision.thaw(keyframe.supervision);
+        }
         self.task_clock.restart(self.motion.start());
         self.task_clock.thaw(keyframe.task_clock);
         Ok(())

@@ -50,6 +50,7 @@
 //! | [`rest`] | do the joints stand still when brakes open? |
 //! | [`fade`] | the ramp of a stop that somebody asked for |
 //! | [`plausibility`] | can a joint be where its counts say? |
+//! | [`supervision`] | faults that only the model sees: a momentum observer, and what its residual says |
 //! | [`period`], [`schedule`], [`task_clock`] | the period; ticks and late ones; what time and period the laws are told |
 //! | [`record`], [`keyframe`] | what a cycle leaves behind; the whole inner state, frozen |
 //! | [`recording`] | from the loop to files: lock-free queues and a writer thread |
@@ -98,6 +99,7 @@ pub mod signal_path;
 pub mod stability;
 pub mod statistics;
 pub mod stop_request;
+pub mod supervision;
 pub mod supervisor;
 pub mod task_clock;
 pub mod timing;

@@ -12,6 +12,7 @@ use crate::estimation::AngleSource;
 use crate::keyframe::Keyframe;
 use crate::schedule::Tick;
 use crate::signal_path::Signals;
+use crate::supervision::Residuals;
 use crate::supervisor::Authority;
 use crate::timing::CycleInstants;
 use crate::torque::ActualTorque;
@@ -69,12 +70,23 @@ pub struct CycleRecord<const J: usize, const N: usize> {
     pub torque_actual: [Option<ActualTorque>; J],
     /// The experiment's disturbance at this instant, N·m.
     pub disturbance: [f64; N],
+    /// What the model does not explain, of a run that is held against it.
+    pub unexplained: Option<Unexplained<N>>,
     /// Adapted parameters Φ; those beyond `parameter_count` are zero.
     pub parameters: [f64; PARAMETER_CAPACITY],
     /// How many parameters the law has.
     pub parameter_count: usize,
     /// What happened in this cycle.
     pub flags: CycleFlags<N>,
+}
+
+/// Torques on the active joints that the model does not explain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unexplained<const N: usize> {
+    /// The residual of the momentum observer, N·m.
+    pub residual: [f64; N],
+    /// How large it may be, N·m.
+    pub limit: [f64; N],
 }
 
 /// What happened in a cycle.
@@ -135,6 +147,7 @@ impl<const J: usize, const N: usize> Default for CycleRecord<J, N> {
             torque_sent: [0; J],
             torque_actual: [None; J],
             disturbance: [0.0; N],
+            unexplained: None,
             parameters: [0.0; PARAMETER_CAPACITY],
             parameter_count: 0,
             flags: CycleFlags::default(),
@@ -145,7 +158,7 @@ impl<const J: usize, const N: usize> Default for CycleRecord<J, N> {
 impl<const J: usize, const N: usize> CycleRecord<J, N> {
     /// The record of one cycle, but for the adapted parameters and the torques that the drives reported.
     pub fn new(tick: &Tick, instants: &CycleInstants, statuswords: &[u16; J], signals: &Signals<J, N>) -> Self {
-        let Signals { time, period, authority, estimate, measurement, reference, command, torque } = signals;
+        let Signals { time, period, authority, estimate, measurement, reference, command, torque, residuals } = signals;
         Self {
             tick: tick.index,
             elapsed_ticks: tick.elapsed,
@@ -168,6 +181,10 @@ impl<const J: usize, const N: usize> CycleRecord<J, N> {
             torque_applied: torque.limited.applied.into(),
             torque_sent: torque.sent,
             disturbance: torque.disturbance.into(),
+            unexplained: residuals.map(|Residuals { residual, limit }| Unexplained {
+                residual: dimensions::active::<J, N>(&residual).into(),
+                limit: dimensions::active::<J, N>(&limit).into(),
+            }),
             flags: CycleFlags {
                 limited: torque.limited.limited,
                 projected: command.adaptation.projected,

@@ -8,7 +8,7 @@ use uarm_io::bus_time::{BitRate, BusTime};
 use uarm_io::drive::NodeId;
 use uarm_io::drive::network::{EmergencyReaction, IgnoredTargetReaction, Timeouts};
 use uarm_io::drive::odrive::Positions;
-use uarm_io::drive::wishes::{DriveConfiguration, SyncCounterChoice};
+use uarm_io::drive::wishes::{DriveConfiguration, SyncCounterChoice, TorqueApplies};
 use uarm_io::encoder::EncoderConfiguration;
 use uarm_io::estimator::AnyEstimator;
 use uarm_io::time::Duration;
@@ -23,6 +23,8 @@ use crate::plausibility::AccelerationBound;
 use crate::rest::RestVelocity;
 use crate::saturation::SaturationLimit;
 use crate::schedule::OverrunsInARow;
+use crate::supervision::settings::SupervisionSettings;
+use crate::supervision::{JointTraits, Supervision};
 
 /// A robot with `J` joints: the passive base and `N` active joints.
 #[derive(Clone, Debug)]
@@ -47,6 +49,8 @@ pub struct Robot<const J: usize, const N: usize> {
     pub saturation_limit: SaturationLimit,
     /// The fastest that a joint may turn before brakes open.
     pub rest_velocity: RestVelocity,
+    /// How counts and torques are held against the model; without it, they are not.
+    pub supervision: Option<SupervisionSettings<J>>,
     /// How the torques fade when somebody asks for the end.
     pub stop_ramp: StopRamp,
     /// The bus and its heartbeats.
@@ -173,6 +177,25 @@ impl<const J: usize, const N: usize> Robot<J, N> {
         let limits = TorqueLimits::new(of_active(|joint| joint.torque_limit))?
             .with_rate(of_active(|joint| joint.torque_rate_limit))?;
         Ok(TorqueLimiter::new(limits))
+    }
+
+    /// What holds counts and torques against the model, before the first cycle.
+    pub fn supervision(&self) -> Option<Supervision<J>> {
+        let settings = self.supervision.clone()?;
+        let joints = self.joints.each_ref().map(|joint| JointTraits {
+            resolution: joint.encoder.counts_per_revolution.resolution(),
+            delay: (self.command_delay(joint) + joint.torque_delay).as_secs_f64() / self.period.seconds(1),
+        });
+        Some(Supervision::new(settings, joints))
+    }
+
+    /// From the SYNC that latches the counts to the instant at which the command made of them acts in the drive of `joint`: the frames of a
+    /// cycle, at their longest. What the computer needs for its part, some ten microseconds, is not in it.
+    pub fn command_delay(&self, joint: &Joint) -> Duration {
+        match joint.drive.torque_applies {
+            TorqueApplies::OnReception => self.bus.time.cyclic,
+            TorqueApplies::AtSync => self.period.duration(),
+        }
     }
 
     /// The node ids of the drives, the base's first.

@@ -187,6 +187,7 @@ pub fn signal_path<'a, const J: usize, const N: usize>(
             site: settings.disturbance_site,
         },
         saturation: SaturationWatch::new(robot.saturation_limit),
+        supervision: robot.supervision(),
         guard: robot.guard(),
         task_clock: TaskClock::new(settings.period_source, 0.0),
         indices: PerformanceIndices::new(),

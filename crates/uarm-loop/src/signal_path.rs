@@ -6,6 +6,7 @@ use hinf_control::{Command, Controller, Measurement, PerformanceIndices, Referen
 use uarm_io::time::Instant;
 
 use crate::barrier::Times;
+use crate::dimensions;
 use crate::estimation::{Estimate, Estimation, EstimationError};
 use crate::finite::{self, NotFinite};
 use crate::guard::{Guard, LimitViolation};
@@ -14,6 +15,7 @@ use crate::period::Period;
 use crate::plausibility::Elapsed;
 use crate::saturation::{LastingSaturation, SaturationWatch};
 use crate::schedule::Tick;
+use crate::supervision::{Observed, Residuals, Supervision, SupervisionFault};
 use crate::supervisor::Authority;
 use crate::task_clock::TaskClock;
 use crate::torque::{PrepareError, PreparedTorque, TorqueStage};
@@ -30,6 +32,8 @@ pub struct SignalPath<'a, const J: usize, const N: usize> {
     pub torque: TorqueStage<J, N>,
     /// For how long the torques have been cut.
     pub saturation: SaturationWatch<N>,
+    /// What holds counts and torques against the model, if anything does.
+    pub supervision: Option<Supervision<J>>,
     /// The robot's limits.
     pub guard: Guard<J>,
     /// Time and period as the laws are told them.
@@ -57,6 +61,8 @@ pub struct Signals<const J: usize, const N: usize> {
     pub command: Command<f64, N>,
     /// What the drives are sent of it.
     pub torque: PreparedTorque<J, N>,
+    /// What the model does not explain, if it is watched.
+    pub residuals: Option<Residuals<J>>,
 }
 
 /// Why there is no torque to send.
@@ -74,6 +80,9 @@ pub enum SignalFault {
     /// A torque that was cut for too long.
     #[error(transparent)]
     Saturation(#[from] LastingSaturation),
+    /// Counts and torques that the model does not explain.
+    #[error(transparent)]
+    Supervision(#[from] SupervisionFault),
     /// A torque that cannot be sent.
     #[error(transparent)]
     Torque(#[from] PrepareError),
@@ -84,8 +93,8 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
     /// supervisor gives.
     ///
     /// # Errors
-    /// [`SignalFault`]: an encoder that cannot be believed, a limit of the robot that was passed, a number that is not finite, or a torque
-    /// that was cut for too long.
+    /// [`SignalFault`]: an encoder that cannot be believed, a limit of the robot that was passed, a number that is not finite, a torque
+    /// that was cut for too long, or counts and torques that contradict the model.
     pub fn step(
         &mut self,
         tick: &Tick,
@@ -121,10 +130,32 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
             self.saturation.watch(torque.limited.limited, rise_time)?;
         }
 
+        let residuals = self.watch(between_syncs, nominal, &estimate, &torque)?;
+
         if self.motion.is_task(time) {
             let error = TrackingError::new(&measurement, &reference);
             self.indices.record(&error, &torque.limited.applied, nominal.seconds(1));
         }
-        Ok(Signals { time, period, authority, estimate, measurement, reference, command, torque })
+        Ok(Signals { time, period, authority, estimate, measurement, reference, command, torque, residuals })
+    }
+
+    /// Holds counts and torques against the model.
+    fn watch(
+        &mut self,
+        elapsed: Option<f64>,
+        nominal: Period,
+        estimate: &Estimate<J>,
+        torque: &PreparedTorque<J, N>,
+    ) -> Result<Option<Residuals<J>>, SupervisionFault> {
+        let Some(supervision) = &mut self.supervision else { return Ok(None) };
+        let observed = Observed {
+            elapsed,
+            period: nominal.seconds(1),
+            angles: &estimate.measured,
+            counts: &estimate.counts,
+            is_predicted: estimate.is_predicted(),
+            torques: &dimensions::of_all(&torque.output),
+        };
+        supervision.watch(&observed).map(Some)
     }
 }

@@ -19,8 +19,7 @@ const MOST_BYTES: usize = 16 * 1024 * 1024;
 /// Arguments of `uarm map`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Without FILE: the paper's Table 1 to its Table 2. FILE is a robot file, a file with a [space_manipulator] table alone, or a URDF of a
-serial arm in space:
+Without FILE: the paper's Table 1 to its Table 2. FILE is a robot file, a file with a [space_manipulator] table alone, or a URDF of a serial arm in space:
 
   [space_manipulator]
   spacecraft = { mass_kg = 4.816, inertia_kg_m2 = 0.0153, centre_of_mass_to_joint_m = 0.253 }

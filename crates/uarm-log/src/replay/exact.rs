@@ -177,6 +177,10 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
             return Ok(());
         }
         if let Some(begin) = self.begin.take() {
+            // A run of an earlier version was not held against the model.
+            if source.records.first().is_some_and(|record| record.unexplained.is_none()) {
+                self.path.supervision = None;
+            }
             self.begin(source, begin)?;
         }
         // Behind the last cycle that the loop went through, the run had ended.

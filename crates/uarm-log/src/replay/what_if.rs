@@ -235,4 +235,5 @@ fn open_loop<const J: usize, const N: usize>(path: &mut SignalPath<'_, J, N>) {
     path.guard.tracking_error = f64::INFINITY;
     path.guard.start_tolerance = f64::INFINITY;
     path.saturation = SaturationWatch::unlimited();
+    path.supervision = None;
 }

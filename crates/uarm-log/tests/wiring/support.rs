@@ -98,6 +98,7 @@ pub fn robot() -> Robot<3, 2> {
         overruns_in_a_row: Default::default(),
         saturation_limit: Default::default(),
         rest_velocity: Default::default(),
+        supervision: None,
         stop_ramp: Default::default(),
         bus: Bus {
             protocol: Protocol::Canopen,

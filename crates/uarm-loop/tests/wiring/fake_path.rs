@@ -128,6 +128,7 @@ pub fn path(controller: &mut dyn Controller<f64, 2>, motion: Motion<2>) -> Signa
             site: DisturbanceSite::Plant,
         },
         saturation: SaturationWatch::new(SaturationLimit::new(SaturationLimit::LONGEST).unwrap()),
+        supervision: None,
         guard: Guard {
             joints: [JointLimits { position: [-100.0, 100.0], velocity: 100.0 }; 3],
             stopping: [Stopping::default(); 3],

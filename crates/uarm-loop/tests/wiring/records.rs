@@ -6,9 +6,10 @@ use uarm_loop::hinf_control::{
 };
 use uarm_loop::nalgebra::Vector2;
 use uarm_loop::progress::{Progress, ProgressSnapshot};
-use uarm_loop::record::{CycleFlags, CycleRecord, PARAMETER_CAPACITY};
+use uarm_loop::record::{CycleFlags, CycleRecord, PARAMETER_CAPACITY, Unexplained};
 use uarm_loop::schedule::Tick;
 use uarm_loop::signal_path::Signals;
+use uarm_loop::supervision::Residuals;
 use uarm_loop::supervisor::Authority;
 use uarm_loop::timing::CycleInstants;
 use uarm_loop::torque::PreparedTorque;
@@ -58,6 +59,7 @@ fn signals() -> Signals<3, 2> {
             output: Vector2::new(25.0, 26.0),
             sent: [29, 30, 31],
         },
+        residuals: Some(Residuals { residual: [41.0, 42.0, 43.0], limit: [44.0, 45.0, 46.0] }),
     }
 }
 
@@ -93,6 +95,7 @@ fn a_record_takes_over_every_signal() {
         torque_sent: [29, 30, 31],
         torque_actual: [None; 3],
         disturbance: [27.0, 28.0],
+        unexplained: Some(Unexplained { residual: [42.0, 43.0], limit: [45.0, 46.0] }),
         parameters: [0.0; PARAMETER_CAPACITY],
         parameter_count: 0,
         flags: CycleFlags { limited: [true, false], projected: true, at_bound: false, frozen: true, fell_back: false },
