@@ -36,6 +36,7 @@ mod chain;
 mod document;
 mod error;
 mod mjcf;
+mod names;
 mod rigid_body;
 mod urdf;
 

@@ -4,6 +4,7 @@ use dem_model::JointMotion;
 use xmlwriter::{Options, XmlWriter};
 
 use crate::chain::{Base, Chain, ChainBody, ChainJoint};
+use crate::names::{escaped, free};
 use crate::urdf::triple;
 
 /// The chain as MJCF: with its base's joint, a motor of gear one on each joint, no gravity, and a site `tool` at the end
@@ -11,7 +12,7 @@ use crate::urdf::triple;
 pub fn write_mjcf(chain: &Chain) -> String {
     let mut xml = XmlWriter::new(Options::default());
     xml.start_element("mujoco");
-    xml.write_attribute("model", &chain.name);
+    xml.write_attribute("model", &escaped(&chain.name));
     xml.start_element("compiler");
     xml.write_attribute("angle", "radian");
     xml.end_element();
@@ -22,7 +23,8 @@ pub fn write_mjcf(chain: &Chain) -> String {
 
     xml.start_element("worldbody");
     start_body(&mut xml, &chain.first, "0 0 0");
-    write_base(&mut xml, chain.base);
+    let base = free("base", chain.links.iter().map(|(joint, _)| joint.name.as_str()));
+    write_base(&mut xml, chain.base, &base);
     write_inertial(&mut xml, &chain.first);
     for (joint, body) in &chain.links {
         start_body(&mut xml, body, &triple(&joint.place));
@@ -42,7 +44,7 @@ pub fn write_mjcf(chain: &Chain) -> String {
     xml.start_element("actuator");
     for (joint, _) in &chain.links {
         xml.start_element("motor");
-        xml.write_attribute("joint", &joint.name);
+        xml.write_attribute("joint", &escaped(&joint.name));
         xml.end_element();
     }
     xml.end_element();
@@ -52,13 +54,14 @@ pub fn write_mjcf(chain: &Chain) -> String {
 
 fn start_body(xml: &mut XmlWriter, body: &ChainBody, place: &str) {
     xml.start_element("body");
-    xml.write_attribute("name", &body.name);
+    // MuJoCo's own body has that name.
+    xml.write_attribute("name", &escaped(&free(&body.name, std::iter::once("world"))));
     xml.write_attribute("pos", place);
 }
 
-fn write_base(xml: &mut XmlWriter, base: Base) {
+fn write_base(xml: &mut XmlWriter, base: Base, name: &str) {
     xml.start_element(if base == Base::Floating { "freejoint" } else { "joint" });
-    xml.write_attribute("name", "base");
+    xml.write_attribute("name", name);
     match base {
         Base::Floating => {}
         Base::Spherical => xml.write_attribute("type", "ball"),
@@ -72,7 +75,7 @@ fn write_base(xml: &mut XmlWriter, base: Base) {
 
 fn write_joint(xml: &mut XmlWriter, joint: &ChainJoint) {
     xml.start_element("joint");
-    xml.write_attribute("name", &joint.name);
+    xml.write_attribute("name", &escaped(&joint.name));
     let kind = match joint.motion {
         JointMotion::Revolute => "hinge",
         JointMotion::Prismatic => "slide",

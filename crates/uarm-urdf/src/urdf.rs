@@ -5,6 +5,7 @@ use dem_model::nalgebra::Vector3;
 use xmlwriter::{Options, XmlWriter};
 
 use crate::chain::{Base, Chain, ChainBody, ChainJoint};
+use crate::names::{escaped, free};
 
 /// Three numbers, each the shortest that reads back as itself.
 pub(crate) fn triple(vector: &Vector3<f64>) -> String {
@@ -12,12 +13,12 @@ pub(crate) fn triple(vector: &Vector3<f64>) -> String {
 }
 
 /// The chain as URDF: link frames are parallel while all coordinates are zero. URDF has no joint for a base: what carries the
-/// first link is said in a comment, and has to be told to the program that reads the file. A last link without mass, `tool`,
-/// is the end effector.
+/// first link is said in a comment, and has to be told to the program that reads the file. A last link without mass is the end
+/// effector: `tool`, with an underscore where that name is taken.
 pub fn write_urdf(chain: &Chain) -> String {
     let mut xml = XmlWriter::new(Options::default());
     xml.start_element("robot");
-    xml.write_attribute("name", &chain.name);
+    xml.write_attribute("name", &escaped(&chain.name));
     xml.write_comment(match chain.base {
         Base::Floating => " The first link floats. No gravity. ",
         Base::Spherical => {
@@ -34,10 +35,13 @@ pub fn write_urdf(chain: &Chain) -> String {
         write_joint(&mut xml, joint, parent, &body.name);
         parent = &body.name;
     }
+    let links = std::iter::once(&chain.first).chain(chain.links.iter().map(|(_, body)| body));
+    let tool = free("tool", links.map(|body| body.name.as_str()));
+    let flange = free("tool", chain.links.iter().map(|(joint, _)| joint.name.as_str()));
     xml.start_element("link");
-    xml.write_attribute("name", "tool");
+    xml.write_attribute("name", &tool);
     xml.end_element();
-    start_joint(&mut xml, "tool", "fixed", parent, "tool");
+    start_joint(&mut xml, &flange, "fixed", parent, &tool);
     write_origin(&mut xml, &chain.tip);
     xml.end_element();
     xml.end_element();
@@ -53,7 +57,7 @@ fn write_origin(xml: &mut XmlWriter, place: &Vector3<f64>) {
 
 fn write_link(xml: &mut XmlWriter, body: &ChainBody) {
     xml.start_element("link");
-    xml.write_attribute("name", &body.name);
+    xml.write_attribute("name", &escaped(&body.name));
     xml.start_element("inertial");
     write_origin(xml, &body.centre);
     xml.start_element("mass");
@@ -78,11 +82,11 @@ fn write_link(xml: &mut XmlWriter, body: &ChainBody) {
 
 fn start_joint(xml: &mut XmlWriter, name: &str, kind: &str, parent: &str, child: &str) {
     xml.start_element("joint");
-    xml.write_attribute("name", name);
+    xml.write_attribute("name", &escaped(name));
     xml.write_attribute("type", kind);
     for (element, link) in [("parent", parent), ("child", child)] {
         xml.start_element(element);
-        xml.write_attribute("link", link);
+        xml.write_attribute("link", &escaped(link));
         xml.end_element();
     }
 }

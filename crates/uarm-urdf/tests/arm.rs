@@ -201,3 +201,34 @@ fn what_is_wrong_is_named() {
     let three = Arm::parse(&arm(), &with_tip("tool")).unwrap().space_manipulator::<3>().unwrap_err();
     assert_eq!(three.to_string(), "2 joints between base and tip, expected 3");
 }
+
+/// Names that XML escapes, and names that the formats or this crate use themselves.
+#[test]
+fn any_name_is_written_so_that_it_reads_back() {
+    let text = arm()
+        .replace("test arm", "a &quot;b&quot; &lt;c&gt; &amp; d")
+        .replace("\"shoulder\"", "\"tool\"")
+        .replace("\"extend\"", "\"base\"")
+        .replace("\"slider\"", "\"world\"")
+        .replace("\"upper\"", "\"j&#9;1\"");
+    let first = Arm::parse(&text, &with_tip("tool")).unwrap();
+    let (manipulator, joints) = first.space_manipulator::<2>().unwrap();
+    let links = first.joints.iter().zip(&first.links);
+    let names = Names {
+        robot: first.name.clone(),
+        first: "tool".to_owned(),
+        links: links.map(|(joint, link)| (joint.name.clone(), joint.limits, link.name.clone())).collect(),
+    };
+    let chain = Chain::space_manipulator(&names, &manipulator, &joints);
+    let second = Arm::parse(&write_urdf(&chain), &Selection::default()).unwrap();
+    assert_eq!(second.name, "a \"b\" <c> & d");
+    assert_eq!(second.links[0].name, "j\t1");
+    assert_eq!(second.joints[0].name, "tool");
+    assert_eq!(second.links[1].merged, ["tool_"]);
+    let mjcf = write_mjcf(&chain);
+    for expected in
+        [r#"<freejoint name="base_"/>"#, r#"<body name="world_""#, r#"model="a &quot;b&quot; &lt;c&gt; &amp; d""#]
+    {
+        assert!(mjcf.contains(expected), "no {expected} in\n{mjcf}");
+    }
+}
