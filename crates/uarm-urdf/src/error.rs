@@ -12,7 +12,7 @@ pub enum UrdfError {
     /// The root element is another.
     #[error("line {line}: <{found}>, expected <robot>")]
     NoRobot {
-        /// Where.
+        /// The line of the element in the file, from 1.
         line: u32,
         /// The element found.
         found: String,
@@ -20,7 +20,7 @@ pub enum UrdfError {
     /// An element lacks a child or an attribute.
     #[error("line {line}: {of} has no {what}")]
     Missing {
-        /// Where.
+        /// The line of the element in the file, from 1.
         line: u32,
         /// The link or joint.
         of: String,
@@ -30,7 +30,7 @@ pub enum UrdfError {
     /// An attribute holds something else than it should.
     #[error("line {line}: {of}: {attribute} = {found:?}, expected {expected}")]
     Attribute {
-        /// Where.
+        /// The line of the element in the file, from 1.
         line: u32,
         /// The link or joint.
         of: String,
@@ -44,7 +44,7 @@ pub enum UrdfError {
     /// Two elements have one name.
     #[error("line {line}: {of} is there twice")]
     Twice {
-        /// Where the second is.
+        /// The line of the second in the file, from 1.
         line: u32,
         /// The link or joint.
         of: String,
@@ -52,7 +52,7 @@ pub enum UrdfError {
     /// A joint names a link that is not there.
     #[error("line {line}: joint {joint:?}: no link {link:?}")]
     NoSuchLink {
-        /// Where.
+        /// The line of the element in the file, from 1.
         line: u32,
         /// The joint.
         joint: String,
@@ -62,7 +62,7 @@ pub enum UrdfError {
     /// A link has two parents, or is its own ancestor.
     #[error("line {line}: link {link:?} has a second parent, expected a tree")]
     NoTree {
-        /// Where the second is named.
+        /// The line of the joint that names it a second time, from 1.
         line: u32,
         /// The link.
         link: String,
@@ -70,9 +70,9 @@ pub enum UrdfError {
     /// No link, or more than one, is nobody's child.
     #[error("{found} links without a parent ({names}), expected one")]
     Roots {
-        /// How many.
+        /// The number of such links.
         found: usize,
-        /// Which.
+        /// Their names, quoted.
         names: String,
     },
     /// A link was asked for that is not there.
@@ -102,7 +102,7 @@ pub enum UrdfError {
         "line {line}: joint {joint:?} is {kind}, expected revolute, continuous, prismatic or fixed between base and tip"
     )]
     JointKind {
-        /// Where.
+        /// The line of the element in the file, from 1.
         line: u32,
         /// The joint.
         joint: String,
@@ -140,7 +140,7 @@ pub enum UrdfError {
     Parameters {
         /// The link at its inboard joint, or the base.
         link: String,
-        /// Why.
+        /// What dem-model refuses.
         source: ParameterError,
     },
 }
