@@ -1,0 +1,64 @@
+//! What `exact` and `what_if` tell alike.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+use uarm_log::reader::Part;
+use uarm_log::replay::exact::ExactReplay;
+use uarm_log::replay::one_clock::ClockStep;
+use uarm_log::replay::what_if::TorqueSummary;
+
+use super::recorded::Recorded;
+use crate::dimensions::ACTIVE;
+
+type WhatIf = uarm_log::replay::what_if::WhatIfOutcome<ACTIVE>;
+
+/// The result as JSON.
+#[derive(Serialize)]
+pub struct Report<'a> {
+    pub file: &'a str,
+    pub controller: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exact: Option<&'a ExactReplay>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub what_if: Option<WhatIfReport>,
+    pub part: &'a Part,
+    pub damage: &'a [String],
+    pub clock_steps: &'a [ClockStep],
+}
+
+/// The torques of a what-if as JSON, N·m.
+#[derive(Serialize)]
+pub struct WhatIfReport {
+    cycles: u64,
+    rms_difference_nm: [f64; ACTIVE],
+    largest_difference_nm: [f64; ACTIVE],
+    rms_recorded_nm: [f64; ACTIVE],
+    rms_other_nm: [f64; ACTIVE],
+    lost_cycles: u64,
+}
+
+impl WhatIfReport {
+    pub fn new(what_if: &WhatIf) -> Self {
+        let TorqueSummary { rms_difference, largest_difference, rms_recorded, rms_other } = what_if.summary;
+        Self {
+            cycles: what_if.cycles,
+            rms_difference_nm: rms_difference,
+            largest_difference_nm: largest_difference,
+            rms_recorded_nm: rms_recorded,
+            rms_other_nm: rms_other,
+            lost_cycles: what_if.lost_cycles,
+        }
+    }
+}
+
+/// What is to be said of the recording itself.
+pub fn print_recording(recorded: &Recorded, output: &mut impl Write) -> io::Result<()> {
+    for ClockStep { after_s, by_s } in &recorded.clock_steps {
+        writeln!(output, "  clock set          by {by_s:+.3} s, {after_s:.3} s after the first frame: taken out")?;
+    }
+    for damage in &recorded.damage {
+        writeln!(output, "  LOST               {damage}")?;
+    }
+    Ok(())
+}
