@@ -32,6 +32,9 @@ pub enum OutputError {
         /// The input that it is.
         input: PathBuf,
     },
+    /// It is no name, but a sign for standard output that the option does not have.
+    #[error("-: expected a file's name (/dev/stdout is standard output, ./- a file of this name)")]
+    Dash,
     /// Two outputs of one command would go there.
     #[error("{}: named for two outputs, expected a file for each", .0.display())]
     Twice(PathBuf),
@@ -135,6 +138,9 @@ impl OutputFiles {
     }
 
     fn place(&self, file: &Path) -> Result<Place, OutputError> {
+        if file == Path::new("-") {
+            return Err(OutputError::Dash);
+        }
         let io_error = |source| OutputError::Io { file: file.to_owned(), source };
         let metadata = match fs::metadata(file) {
             Ok(metadata) => metadata,

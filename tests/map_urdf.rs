@@ -97,7 +97,7 @@ fn a_robot_file_is_written_too() {
 
 #[test]
 fn what_is_wrong_is_named_with_the_option_that_helps() {
-    let cases: [(&[&str], i32, &str); 7] = [
+    let cases: [(&[&str], i32, &str); 8] = [
         (&[URDF], 1, "the arm ends in \"camera\", \"tool\", expected one to be named as its tip (--tip LINK names it)"),
         (&[URDF, "--tip", "hand"], 1, "no link \"hand\""),
         (&[URDF, "--tip", "tool", "--base", "tool"], 1, "link \"tool\" is not outboard of link \"tool\""),
@@ -105,6 +105,7 @@ fn what_is_wrong_is_named_with_the_option_that_helps() {
         (&[URDF, "--tip", "tool", "--base-mass", "5", "--base-inertia", "1,2"], 2, "three or six numbers"),
         (&["--tip", "tool"], 1, "--tip is for a URDF, and this is none"),
         (&[URDF, "--tip", "tool", "--urdf", URDF, "--force"], 1, "it is the input"),
+        (&[URDF, "--tip", "tool", "--urdf", "-"], 1, "-: expected a file's name (/dev/stdout is standard output"),
     ];
     for (arguments, code, expected) in cases {
         let output = map(arguments);
@@ -120,7 +121,37 @@ fn what_is_wrong_is_named_with_the_option_that_helps() {
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
     assert!(
-        message.contains("arm.urdf: line 17: upper_arm: mass value = \"heavy\", expected a finite number"),
+        message.contains("arm.urdf: line 17: upper_arm: mass value = \"heavy\", expected a number of at most 1e12"),
         "{message}"
     );
+}
+
+/// What of a file is strange but can be computed is said, and what a hint can mend gets one.
+#[test]
+fn what_is_strange_is_told() {
+    let folder = folder("strange");
+    let file = folder.join("arm.urdf");
+    let run = |text: &str| {
+        std::fs::write(&file, text).unwrap();
+        map(&[file.to_str().unwrap(), "--tip", "tool"])
+    };
+    let text = std::fs::read_to_string(URDF).unwrap();
+    let refused = |text: &str| String::from_utf8(run(text).stderr).unwrap();
+    assert!(refused("").contains("arm.urdf: not XML: "), "an empty file");
+
+    let joint = r#"<joint name="bus_to_mount" type="fixed">"#;
+    assert!(text.contains(joint), "the base's joint in {URDF}");
+    let floating = format!(
+        r#"<link name="world"/><joint name="orbit" type="floating"><parent link="world"/><child link="bus"/></joint>{joint}"#
+    );
+    let message = refused(&text.replace(joint, &floating));
+    assert!(message.contains("joint \"orbit\" is floating") && message.contains("(--base \"bus\" if"), "{message}");
+
+    let strange = text.replacen("type=\"revolute\"", "type=\"prismatic\"", 1).replacen("ixx=\"0.1\"", "ixx=\"9\"", 1);
+    let printed = standard_output(&run(&strange));
+    for expected in ["no body has this inertia", "a prismatic joint moves the equivalent's link by a part"] {
+        assert!(printed.contains(expected), "no {expected:?} in\n{printed}");
+    }
+    let printed = standard_output(&run(&text));
+    assert!(!printed.contains("no body has this inertia") && !printed.contains("prismatic"), "{printed}");
 }

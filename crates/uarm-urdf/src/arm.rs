@@ -1,13 +1,17 @@
 //! From the tree of a URDF to a spacecraft and a serial arm.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
-use dem_model::nalgebra::{Isometry3, Matrix3, Vector3};
+use dem_model::nalgebra::{Matrix3, Vector3};
 use dem_model::{Body, Joint, JointMotion, ParameterError, SpaceLink, SpacecraftBody, SpatialSpaceManipulator};
 
 use crate::document::{self, Kind, Limits, Robot};
 use crate::error::UrdfError;
 use crate::rigid_body::RigidBody;
+use crate::tree::{Outboard, Tree};
+
+/// How far the principal moments of an inertia may miss the triangle inequality, of their sum: files have four digits or so.
+const INERTIA_ROUNDING: f64 = 1e-3;
 
 /// Which part of the tree is the space manipulator.
 #[derive(Debug, Clone, Default)]
@@ -56,6 +60,51 @@ pub struct ArmLink {
     pub body: RigidBody,
 }
 
+impl ArmJoint {
+    fn new(joint: &document::Joint, outboard: &Outboard<'_>) -> Result<Self, UrdfError> {
+        let motion = match &joint.kind {
+            Kind::Revolute | Kind::Continuous | Kind::Fixed => JointMotion::Revolute,
+            Kind::Prismatic => JointMotion::Prismatic,
+            Kind::Other(kind) => {
+                return Err(UrdfError::JointKind {
+                    line: joint.line,
+                    joint: joint.name.clone(),
+                    kind: kind.clone(),
+                    child: joint.child.clone(),
+                });
+            }
+        };
+        if let Some(mimics) = joint.mimics.clone() {
+            return Err(UrdfError::Mimic { line: joint.line, joint: joint.name.clone(), mimics });
+        }
+        let pose = outboard.pose(&joint.child);
+        Ok(Self {
+            name: joint.name.clone(),
+            motion,
+            axis: pose.rotation * joint.axis,
+            place: pose.translation.vector,
+            limits: joint.limits,
+        })
+    }
+}
+
+impl ArmLink {
+    /// The first of these links, with the others.
+    fn group(robot: &Robot, outboard: &Outboard<'_>, links: &[&str]) -> Self {
+        let bodies = links.iter().filter_map(|link| Some(robot.links.get(*link)?.moved(&outboard.pose(link))));
+        let body = bodies.fold(RigidBody::none(), |group, body| group.joined(&body));
+        let mut names = links.iter().map(|link| (*link).to_owned());
+        Self { name: names.next().unwrap_or_default(), merged: names.collect(), body }
+    }
+
+    /// Whether no body can have this inertia: one of its principal moments is larger than the two others together, by more
+    /// than files round.
+    pub fn has_impossible_inertia(&self) -> bool {
+        let moments = self.body.inertia.symmetric_eigenvalues();
+        moments.max() * 2.0 > moments.sum() * (1.0 + INERTIA_ROUNDING)
+    }
+}
+
 /// A spacecraft and a serial arm, all in the base link's frame while all coordinates are zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arm {
@@ -73,13 +122,6 @@ pub struct Arm {
     pub locked: Vec<String>,
 }
 
-/// The tree, by the names of links.
-struct Tree<'a> {
-    robot: &'a Robot,
-    /// The joint inboard of a link.
-    inboard: BTreeMap<&'a str, &'a document::Joint>,
-}
-
 impl Arm {
     /// Reads a URDF.
     ///
@@ -92,21 +134,29 @@ impl Arm {
         let robot = Robot::parse(text)?;
         let tree = Tree::new(&robot)?;
         let base = tree.base(selection.base.as_deref())?;
-        let tip = tree.tip(base, selection.tip.as_deref())?;
+        let outboard = tree.outboard_of(base);
+        let tip = tree.tip(base, &outboard, selection.tip.as_deref())?;
         let path = tree.path(base, tip)?;
-        let moving: Vec<&document::Joint> = path.iter().copied().filter(|joint| joint.kind != Kind::Fixed).collect();
-        let mut spacecraft = tree.group(base, base, &moving);
+        let moving: Vec<&document::Joint> = path.into_iter().filter(|joint| joint.kind != Kind::Fixed).collect();
+        let names: BTreeSet<&str> = moving.iter().map(|joint| joint.name.as_str()).collect();
+        let is_moving = |joint: &document::Joint| names.contains(joint.name.as_str());
+        let group = |link| ArmLink::group(&robot, &outboard, &tree.walk(link, |joint| !is_moving(joint)));
+        let mut spacecraft = group(base);
         if let Some(given) = selection.spacecraft {
             let body = RigidBody::about_centre(given.mass, &Vector3::zeros(), &given.inertia);
             spacecraft.body = spacecraft.body.joined(&body);
         }
+        let is_locked = |joint: &&document::Joint| {
+            let is_outboard = joint.child != base && outboard.poses.contains_key(joint.child.as_str());
+            is_outboard && joint.kind != Kind::Fixed && !is_moving(joint)
+        };
         let arm = Self {
             name: robot.name.clone(),
             spacecraft,
-            joints: moving.iter().map(|joint| tree.arm_joint(base, joint)).collect::<Result<_, _>>()?,
-            links: moving.iter().map(|joint| tree.group(base, &joint.child, &moving)).collect(),
-            tip: tree.pose(base, tip).translation.vector,
-            locked: tree.locked(base, &moving),
+            joints: moving.iter().map(|joint| ArmJoint::new(joint, &outboard)).collect::<Result<_, _>>()?,
+            links: moving.iter().map(|joint| group(&joint.child)).collect(),
+            tip: outboard.pose(tip).translation.vector,
+            locked: robot.joints.iter().filter(is_locked).map(|joint| joint.name.clone()).collect(),
         };
         let lacks = |link: &&ArmLink| link.body.mass <= 0.0;
         if lacks(&&arm.spacecraft) {
@@ -170,126 +220,4 @@ impl Arm {
         };
         UrdfError::Parameters { link: link.map_or_else(String::new, |link| link.name.clone()), source }
     }
-}
-
-impl<'a> Tree<'a> {
-    fn new(robot: &'a Robot) -> Result<Self, UrdfError> {
-        let inboard: BTreeMap<_, _> = robot.joints.iter().map(|joint| (joint.child.as_str(), joint)).collect();
-        let tree = Self { robot, inboard };
-        // Each link leads to a link without a parent, or to itself.
-        for joint in &robot.joints {
-            if tree.ancestors(&joint.child).count() > robot.joints.len() {
-                return Err(UrdfError::NoTree { line: joint.line, link: joint.child.clone() });
-            }
-        }
-        Ok(tree)
-    }
-
-    /// The joints from a link inwards.
-    fn ancestors(&self, link: &str) -> impl Iterator<Item = &'a document::Joint> {
-        let most = self.robot.joints.len() + 1;
-        let next = |joint: &&'a document::Joint| self.inboard.get(joint.parent.as_str()).copied();
-        std::iter::successors(self.inboard.get(link).copied(), next).take(most)
-    }
-
-    fn base(&self, asked: Option<&str>) -> Result<&'a str, UrdfError> {
-        if let Some(asked) = asked {
-            return self.link(asked);
-        }
-        let roots: Vec<&str> =
-            self.robot.links.keys().map(String::as_str).filter(|link| !self.inboard.contains_key(link)).collect();
-        match roots.as_slice() {
-            [root] => Ok(root),
-            _ => Err(UrdfError::Roots { found: roots.len(), names: quoted(&roots) }),
-        }
-    }
-
-    fn link(&self, asked: &str) -> Result<&'a str, UrdfError> {
-        let names: Vec<&str> = self.robot.links.keys().map(String::as_str).collect();
-        let found = names.iter().find(|name| **name == asked).copied();
-        found.ok_or_else(|| UrdfError::Unknown { asked: asked.to_owned(), names: quoted(&names) })
-    }
-
-    /// The end of the arm: the tip asked for, or the outermost link of the only branch that has moving joints.
-    fn tip(&self, base: &str, asked: Option<&str>) -> Result<&'a str, UrdfError> {
-        if let Some(asked) = asked {
-            return self.link(asked);
-        }
-        let is_end = |link: &&str| !self.robot.joints.iter().any(|joint| joint.parent == **link);
-        let moves =
-            |link: &&str| self.path(base, link).is_ok_and(|path| path.iter().any(|joint| joint.kind != Kind::Fixed));
-        let ends: Vec<&'a str> = self.robot.links.keys().map(String::as_str).filter(is_end).filter(moves).collect();
-        match ends.as_slice() {
-            [end] => Ok(end),
-            _ => Err(UrdfError::Tips { names: quoted(&ends) }),
-        }
-    }
-
-    /// The joints from base to tip.
-    fn path(&self, base: &str, tip: &str) -> Result<Vec<&'a document::Joint>, UrdfError> {
-        let mut path: Vec<_> = self.ancestors(tip).take_while(|joint| joint.child != base).collect();
-        path.reverse();
-        match path.first() {
-            Some(first) if first.parent == base => Ok(path),
-            _ => Err(UrdfError::NotOutboard { tip: tip.to_owned(), base: base.to_owned() }),
-        }
-    }
-
-    /// From a link's frame to the base's, while all coordinates are zero.
-    fn pose(&self, base: &str, link: &str) -> Isometry3<f64> {
-        let inwards = self.ancestors(link).take_while(|joint| joint.child != base);
-        inwards.fold(Isometry3::identity(), |pose, joint| joint.origin * pose)
-    }
-
-    /// A link with all that moves as it does: the links outboard of it but for those beyond the joints that move.
-    fn group(&self, base: &str, link: &'a str, moving: &[&document::Joint]) -> ArmLink {
-        let mut group = ArmLink { name: link.to_owned(), merged: Vec::new(), body: RigidBody::none() };
-        let mut waiting = vec![link];
-        while let Some(name) = waiting.pop() {
-            if let Some(body) = self.robot.links.get(name) {
-                group.body = group.body.joined(&body.moved(&self.pose(base, name)));
-            }
-            if name != link {
-                group.merged.push(name.to_owned());
-            }
-            let rigid = |joint: &&document::Joint| !moving.iter().any(|other| other.name == joint.name);
-            let outboard = self.robot.joints.iter().filter(|joint| joint.parent == name).filter(rigid);
-            waiting.extend(outboard.map(|joint| joint.child.as_str()));
-        }
-        group
-    }
-
-    fn arm_joint(&self, base: &str, joint: &document::Joint) -> Result<ArmJoint, UrdfError> {
-        let pose = self.pose(base, &joint.child);
-        let motion = match &joint.kind {
-            Kind::Revolute | Kind::Continuous | Kind::Fixed => JointMotion::Revolute,
-            Kind::Prismatic => JointMotion::Prismatic,
-            Kind::Other(kind) => {
-                let (joint, line) = (joint.name.clone(), joint.line);
-                return Err(UrdfError::JointKind { line, joint, kind: kind.clone() });
-            }
-        };
-        Ok(ArmJoint {
-            name: joint.name.clone(),
-            motion,
-            axis: pose.rotation * joint.axis,
-            place: pose.translation.vector,
-            limits: joint.limits,
-        })
-    }
-
-    /// Joints outboard of the base that are not fixed and not on the path.
-    fn locked(&self, base: &str, moving: &[&document::Joint]) -> Vec<String> {
-        let outboard = |joint: &&document::Joint| {
-            joint.child != base && self.ancestors(&joint.child).any(|inner| inner.parent == base)
-        };
-        let beside = |joint: &&document::Joint| {
-            joint.kind != Kind::Fixed && !moving.iter().any(|other| other.name == joint.name)
-        };
-        self.robot.joints.iter().filter(outboard).filter(beside).map(|joint| joint.name.clone()).collect()
-    }
-}
-
-fn quoted(names: &[&str]) -> String {
-    names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ")
 }

@@ -1,12 +1,17 @@
 //! Links and joints of a URDF, as they stand.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dem_model::nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::error::UrdfError;
 use crate::rigid_body::RigidBody;
+
+/// Numbers in a URDF are at most so large: beyond it, products of masses and lengths lose their meaning.
+const LARGEST: f64 = 1e12;
+/// What Xacro's elements are in.
+const XACRO: &str = "xacro";
 
 /// How a joint of a URDF moves.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,6 +49,8 @@ pub(crate) struct Joint {
     /// In the child's frame.
     pub axis: Vector3<f64>,
     pub limits: Option<Limits>,
+    /// The joint whose motion it follows.
+    pub mimics: Option<String>,
 }
 
 /// A URDF.
@@ -55,77 +62,104 @@ pub(crate) struct Robot {
     pub joints: Vec<Joint>,
 }
 
+/// Where the lines of a text end. Found once: a document knows the line of an element by reading all before it.
+struct Lines(Vec<usize>);
+
+impl Lines {
+    fn of(text: &str) -> Self {
+        Self(text.match_indices('\n').map(|(end, _)| end).collect())
+    }
+
+    /// The line in which an element begins, from 1.
+    fn line(&self, node: &Node<'_, '_>) -> u32 {
+        let before = self.0.partition_point(|end| *end < node.range().start);
+        u32::try_from(before + 1).unwrap_or(u32::MAX)
+    }
+}
+
 /// An element, with the name of the link or joint that it belongs to.
 struct Part<'a, 'input> {
     node: Node<'a, 'input>,
     of: &'a str,
+    lines: &'a Lines,
 }
 
-fn line(node: &Node<'_, '_>) -> u32 {
-    node.document().text_pos_at(node.range().start).row
-}
-
-fn child<'a, 'input>(node: &Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input>> {
-    node.children().find(|child| child.has_tag_name(name))
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|number: &f64| number.abs() <= LARGEST)
 }
 
 impl<'a> Part<'a, '_> {
-    fn child(&self, name: &str) -> Option<Self> {
-        Some(Self { node: child(&self.node, name)?, of: self.of })
+    fn line(&self) -> u32 {
+        self.lines.line(&self.node)
+    }
+
+    /// The only child of this name.
+    fn child(&self, name: &str) -> Result<Option<Self>, UrdfError> {
+        let mut found = self.node.children().filter(|child| child.has_tag_name(name));
+        let first = found.next();
+        match found.next() {
+            None => Ok(first.map(|node| Self { node, ..*self })),
+            Some(second) => {
+                Err(UrdfError::Twice { line: self.lines.line(&second), of: format!("<{name}> of {:?}", self.of) })
+            }
+        }
     }
 
     fn required(&self, name: &'static str, what: &'static str) -> Result<Self, UrdfError> {
-        self.child(name).ok_or_else(|| self.missing(what))
+        self.child(name)?.ok_or_else(|| self.missing(what))
     }
 
     fn missing(&self, what: &'static str) -> UrdfError {
-        UrdfError::Missing { line: line(&self.node), of: self.of.to_owned(), what }
+        UrdfError::Missing { line: self.line(), of: self.of.to_owned(), what }
     }
 
     fn text(&self, attribute: &str, what: &'static str) -> Result<&'a str, UrdfError> {
-        self.node.attribute(attribute).ok_or_else(|| self.missing(what))
+        match self.node.attribute(attribute) {
+            None => Err(self.missing(what)),
+            Some("") => Err(self.refuse(what, "", "a name")),
+            Some(text) => Ok(text),
+        }
     }
 
     fn number(&self, attribute: &str, what: &'static str) -> Result<Option<f64>, UrdfError> {
         let Some(found) = self.node.attribute(attribute) else { return Ok(None) };
-        match found.trim().parse::<f64>() {
-            Ok(number) if number.is_finite() => Ok(Some(number)),
-            _ => Err(self.refuse(what, found, "a finite number")),
+        number(found).map(Some).ok_or_else(|| self.refuse(what, found, "a number of at most 1e12"))
+    }
+
+    /// A number that cannot be negative, 0 where there is none.
+    fn magnitude(&self, attribute: &str, what: &'static str) -> Result<f64, UrdfError> {
+        match self.number(attribute, what)? {
+            Some(number) if number < 0.0 => Err(self.refuse(what, &number.to_string(), "a number >= 0")),
+            number => Ok(number.unwrap_or(0.0)),
         }
     }
 
     fn vector(&self, attribute: &str, what: &'static str) -> Result<Option<Vector3<f64>>, UrdfError> {
         let Some(found) = self.node.attribute(attribute) else { return Ok(None) };
-        let numbers: Option<Vec<f64>> =
-            found.split_whitespace().map(|word| word.parse().ok().filter(|number: &f64| number.is_finite())).collect();
+        let numbers: Option<Vec<f64>> = found.split_whitespace().map(number).collect();
         match numbers.as_deref() {
             Some([x, y, z]) => Ok(Some(Vector3::new(*x, *y, *z))),
-            _ => Err(self.refuse(what, found, "three finite numbers")),
+            _ => Err(self.refuse(what, found, "three numbers of at most 1e12")),
         }
     }
 
     fn refuse(&self, attribute: &'static str, found: &str, expected: &'static str) -> UrdfError {
-        UrdfError::Attribute {
-            line: line(&self.node),
-            of: self.of.to_owned(),
-            attribute,
-            found: found.to_owned(),
-            expected,
-        }
+        UrdfError::Attribute { line: self.line(), of: self.of.to_owned(), attribute, found: found.to_owned(), expected }
     }
 
     /// The pose of the element's `<origin>`: roll, pitch and yaw about the fixed axes x, y and z, in this order.
     fn origin(&self) -> Result<Isometry3<f64>, UrdfError> {
-        let Some(origin) = self.child("origin") else { return Ok(Isometry3::identity()) };
+        let Some(origin) = self.child("origin")? else { return Ok(Isometry3::identity()) };
         let place = origin.vector("xyz", "origin xyz")?.unwrap_or_default();
         let turn = origin.vector("rpy", "origin rpy")?.unwrap_or_default();
         Ok(Isometry3::from_parts(Translation3::from(place), UnitQuaternion::from_euler_angles(turn.x, turn.y, turn.z)))
     }
 
     fn inertial(&self) -> Result<RigidBody, UrdfError> {
-        let Some(inertial) = self.child("inertial") else { return Ok(RigidBody::none()) };
+        let Some(inertial) = self.child("inertial")? else { return Ok(RigidBody::none()) };
         let mass = inertial.required("mass", "<mass> in <inertial>")?;
-        let mass = mass.number("value", "mass value")?.ok_or_else(|| mass.missing("value in <mass>"))?;
+        mass.text("value", "value in <mass>")?;
+        let mass = mass.magnitude("value", "mass value")?;
         let tensor = inertial.required("inertia", "<inertia> in <inertial>")?;
         let mut entries = [0.0; 6];
         for (entry, name) in entries.iter_mut().zip(["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]) {
@@ -137,17 +171,23 @@ impl<'a> Part<'a, '_> {
     }
 
     fn limits(&self, kind: &Kind) -> Result<Option<Limits>, UrdfError> {
-        let Some(limit) = self.child("limit") else { return Ok(None) };
+        let Some(limit) = self.child("limit")? else { return Ok(None) };
         let bound = |attribute, what| match kind {
             Kind::Continuous => Ok(None),
             _ => limit.number(attribute, what).map(|bound| Some(bound.unwrap_or(0.0))),
         };
-        Ok(Some(Limits {
+        let limits = Limits {
             lower: bound("lower", "limit lower")?,
             upper: bound("upper", "limit upper")?,
-            effort: limit.number("effort", "limit effort")?.unwrap_or(0.0),
-            velocity: limit.number("velocity", "limit velocity")?.unwrap_or(0.0),
-        }))
+            effort: limit.magnitude("effort", "limit effort")?,
+            velocity: limit.magnitude("velocity", "limit velocity")?,
+        };
+        match (limits.lower, limits.upper) {
+            (Some(lower), Some(upper)) if lower > upper => {
+                Err(limit.refuse("limit upper", &upper.to_string(), "no less than lower"))
+            }
+            _ => Ok(Some(limits)),
+        }
     }
 }
 
@@ -157,9 +197,15 @@ impl Robot {
         let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
         let document =
             Document::parse_with_options(text, options).map_err(|error| UrdfError::Xml(error.to_string()))?;
+        let lines = Lines::of(text);
+        let line = |node: &Node<'_, '_>| lines.line(node);
         let root = document.root_element();
         if !root.has_tag_name("robot") {
             return Err(UrdfError::NoRobot { line: line(&root), found: root.tag_name().name().to_owned() });
+        }
+        let of_xacro = |node: &Node<'_, '_>| node.tag_name().namespace().is_some_and(|name| name.contains(XACRO));
+        if let Some(node) = root.descendants().find(of_xacro) {
+            return Err(UrdfError::Xacro { line: line(&node) });
         }
         let mut robot = Self {
             name: root.attribute("name").unwrap_or("robot").to_owned(),
@@ -167,18 +213,23 @@ impl Robot {
             joints: Vec::new(),
         };
         for node in root.children().filter(|node| node.has_tag_name("link")) {
-            let name = Part { node, of: "a link" }.text("name", "name")?;
-            let body = Part { node, of: name }.inertial()?;
+            let lines = &lines;
+            let name = Part { node, of: "a link", lines }.text("name", "name")?;
+            let body = Part { node, of: name, lines }.inertial()?;
             if robot.links.insert(name.to_owned(), body).is_some() {
                 return Err(UrdfError::Twice { line: line(&node), of: format!("link {name:?}") });
             }
         }
+        if robot.links.is_empty() {
+            return Err(UrdfError::NoLinks { line: line(&root) });
+        }
+        let (mut names, mut children) = (BTreeSet::new(), BTreeSet::new());
         for node in root.children().filter(|node| node.has_tag_name("joint")) {
-            let joint = robot.joint(node)?;
-            if robot.joints.iter().any(|other| other.name == joint.name) {
+            let joint = robot.joint(node, &lines)?;
+            if !names.insert(joint.name.clone()) {
                 return Err(UrdfError::Twice { line: joint.line, of: format!("joint {:?}", joint.name) });
             }
-            if robot.joints.iter().any(|other| other.child == joint.child) {
+            if !children.insert(joint.child.clone()) {
                 return Err(UrdfError::NoTree { line: joint.line, link: joint.child });
             }
             robot.joints.push(joint);
@@ -186,9 +237,9 @@ impl Robot {
         Ok(robot)
     }
 
-    fn joint(&self, node: Node<'_, '_>) -> Result<Joint, UrdfError> {
-        let name = Part { node, of: "a joint" }.text("name", "name")?;
-        let part = Part { node, of: name };
+    fn joint(&self, node: Node<'_, '_>, lines: &Lines) -> Result<Joint, UrdfError> {
+        let name = Part { node, of: "a joint", lines }.text("name", "name")?;
+        let part = Part { node, of: name, lines };
         let kind = match part.text("type", "type")? {
             "fixed" => Kind::Fixed,
             "revolute" => Kind::Revolute,
@@ -202,22 +253,27 @@ impl Robot {
         for link in [&parent, &child] {
             if !self.links.contains_key(link) {
                 let (joint, link) = (name.to_owned(), link.clone());
-                return Err(UrdfError::NoSuchLink { line: line(&node), joint, link });
+                return Err(UrdfError::NoSuchLink { line: part.line(), joint, link });
             }
         }
-        let axis = match part.child("axis") {
+        let mimics = match part.child("mimic")? {
+            Some(mimic) => Some(mimic.text("joint", "joint in <mimic>")?.to_owned()),
+            None => None,
+        };
+        let axis = match part.child("axis")? {
             Some(axis) => axis.vector("xyz", "axis xyz")?.unwrap_or_else(Vector3::x),
             None => Vector3::x(),
         };
         Ok(Joint {
             name: name.to_owned(),
-            line: line(&node),
+            line: part.line(),
             limits: part.limits(&kind)?,
             kind,
             parent,
             child,
             origin: part.origin()?,
             axis,
+            mimics,
         })
     }
 }

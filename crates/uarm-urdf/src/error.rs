@@ -17,6 +17,18 @@ pub enum UrdfError {
         /// The element found.
         found: String,
     },
+    /// It is Xacro's source of a URDF.
+    #[error("line {line}: an element of Xacro, expected the URDF that xacro makes of it")]
+    Xacro {
+        /// The line of the element in the file, from 1.
+        line: u32,
+    },
+    /// There is no link.
+    #[error("line {line}: <robot> has no <link>")]
+    NoLinks {
+        /// The line of the element in the file, from 1.
+        line: u32,
+    },
     /// An element lacks a child or an attribute.
     #[error("line {line}: {of} has no {what}")]
     Missing {
@@ -59,7 +71,15 @@ pub enum UrdfError {
         /// The link.
         link: String,
     },
-    /// A link has two parents, or is its own ancestor.
+    /// A link is its own ancestor.
+    #[error("line {line}: link {link:?} is outboard of itself, expected a tree")]
+    Loop {
+        /// The line of a joint of the loop, from 1.
+        line: u32,
+        /// A link of the loop.
+        link: String,
+    },
+    /// A link has two parents.
     #[error("line {line}: link {link:?} has a second parent, expected a tree")]
     NoTree {
         /// The line of the joint that names it a second time, from 1.
@@ -97,6 +117,24 @@ pub enum UrdfError {
         /// The ends.
         names: String,
     },
+    /// There is no arm.
+    #[error("no joint outboard of link {base:?} moves, expected an arm")]
+    NoArm {
+        /// The base.
+        base: String,
+    },
+    /// A joint of the arm has no motor of its own.
+    #[error(
+        "line {line}: joint {joint:?} mimics joint {mimics:?}, expected joints that move by themselves between base and tip"
+    )]
+    Mimic {
+        /// The line of the element in the file, from 1.
+        line: u32,
+        /// The joint.
+        joint: String,
+        /// The joint that it follows.
+        mimics: String,
+    },
     /// A joint of the arm is of a kind that no motor drives alone.
     #[error(
         "line {line}: joint {joint:?} is {kind}, expected revolute, continuous, prismatic or fixed between base and tip"
@@ -108,6 +146,8 @@ pub enum UrdfError {
         joint: String,
         /// Its kind.
         kind: String,
+        /// The link outboard of it.
+        child: String,
     },
     /// The number of joints is another than asked for.
     #[error("{found} joints between base and tip, expected {expected}")]

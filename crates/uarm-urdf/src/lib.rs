@@ -28,7 +28,7 @@
 //! | [`UrdfError`] | why a file is refused, with line, link or joint |
 //!
 //! Meshes, collision shapes, transmissions, friction and gravity are left out. Joint kinds: revolute, continuous, prismatic and
-//! fixed. Closed loops and mimic joints are not supported: a mimic joint is a joint of its own.
+//! fixed. Closed loops are refused, and so are joints between base and tip that mimic another.
 #![forbid(unsafe_code)]
 
 mod arm;
@@ -38,6 +38,7 @@ mod error;
 mod mjcf;
 mod names;
 mod rigid_body;
+mod tree;
 mod urdf;
 
 pub use arm::{Arm, ArmJoint, ArmLink, Selection, Spacecraft};

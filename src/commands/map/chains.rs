@@ -36,6 +36,13 @@ impl Chains {
     }
 }
 
+impl Chains {
+    /// Whether there is an equivalent that files can describe.
+    pub fn has_equivalent(&self) -> bool {
+        self.equivalent.is_some()
+    }
+}
+
 /// How a chain becomes text.
 type Write = fn(&Chain) -> String;
 

@@ -53,8 +53,9 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         }
     };
     let named = || path.display().to_string();
+    let is_urdf = path.extension().is_some_and(|extension| extension == "urdf" || extension == "xml");
     // A TOML file cannot begin so, and XML has to.
-    if text.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
+    if is_urdf || text.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
         let (report, chains) = spatial::map(&text, &arguments.choice).with_context(named)?;
         arguments.outputs.write(&chains, arguments.file.as_deref())?;
         if arguments.json { console::print_json(&report)? } else { report.print(&mut console::output())? }

@@ -64,6 +64,10 @@ pub struct Report {
     joints: Vec<JointRow>,
     /// Joints beside the arm, taken as fixed at zero.
     locked_joints: Vec<String>,
+    /// Links whose inertia no body can have: taken as they stand.
+    impossible_inertias: Vec<String>,
+    /// Whether [`Self::dynamically_equivalent`] can be written as URDF and MJCF: no joint slides.
+    equivalent_can_be_written: bool,
 }
 
 /// A body in axes of the base while all coordinates are zero.
@@ -143,13 +147,16 @@ pub fn map(text: &str, choice: &Choice) -> anyhow::Result<(Report, Chains)> {
 
 /// The option that helps, beside the error.
 fn hinted(error: uarm_urdf::UrdfError) -> anyhow::Error {
-    use uarm_urdf::UrdfError::{NoSpacecraft, NotOutboard, Roots, Tips, Unknown};
+    use uarm_urdf::UrdfError::{JointKind, NoSpacecraft, NotOutboard, Roots, Tips, Unknown};
     let hint = match &error {
-        Tips { .. } => Some("--tip LINK names it"),
-        Roots { .. } => Some("--base LINK names the spacecraft"),
-        NotOutboard { .. } | Unknown { .. } => Some("--base and --tip name links"),
+        Tips { .. } => Some("--tip LINK names it".to_owned()),
+        Roots { .. } => Some("--base LINK names the spacecraft".to_owned()),
+        NotOutboard { .. } | Unknown { .. } => Some("--base and --tip name links".to_owned()),
         NoSpacecraft { .. } => {
-            Some("--base-mass and --base-inertia give a spacecraft to an arm that is described without one")
+            Some("--base-mass and --base-inertia give a spacecraft to an arm that is described without one".to_owned())
+        }
+        JointKind { kind, child, .. } if kind == "floating" => {
+            Some(format!("--base {child:?} if that is the spacecraft"))
         }
         _ => None,
     };
@@ -200,6 +207,8 @@ fn map_joints<const N: usize>(arm: &Arm) -> anyhow::Result<(Report, Chains)> {
             velocity: limits.velocity,
         }),
     });
+    let chains = Chains::new(&names, Base::Spherical, &manipulator, &joints);
+    let bodies = [&arm.spacecraft].into_iter().chain(&arm.links);
     let report = Report {
         robot: arm.name.clone(),
         total_mass_kg: manipulator.total_mass(),
@@ -207,8 +216,13 @@ fn map_joints<const N: usize>(arm: &Arm) -> anyhow::Result<(Report, Chains)> {
         dynamically_equivalent: equivalent,
         joints: joint_rows.collect(),
         locked_joints: arm.locked.clone(),
+        impossible_inertias: bodies
+            .filter(|link| link.has_impossible_inertia())
+            .map(|link| link.name.clone())
+            .collect(),
+        equivalent_can_be_written: chains.has_equivalent(),
     };
-    Ok((report, Chains::new(&names, Base::Spherical, &manipulator, &joints)))
+    Ok((report, chains))
 }
 
 impl Report {
@@ -234,10 +248,24 @@ impl Report {
         for joint in &self.locked_joints {
             writeln!(output, "  joint {joint}: beside the arm, taken as fixed at zero")?;
         }
+        for link in &self.impossible_inertias {
+            writeln!(
+                output,
+                "  link {link}: no body has this inertia, one principal moment being larger than the two others together; \
+                 taken as it stands"
+            )?;
+        }
         writeln!(output, "space manipulator")?;
         print_bodies(output, &self.space_manipulator)?;
         writeln!(output, "dynamically equivalent manipulator (paper eq. 1)")?;
-        print_bodies(output, &self.dynamically_equivalent)
+        print_bodies(output, &self.dynamically_equivalent)?;
+        if !self.equivalent_can_be_written {
+            writeln!(
+                output,
+                "a prismatic joint moves the equivalent's link by a part of its coordinate, which neither URDF nor MJCF can say"
+            )?;
+        }
+        Ok(())
     }
 }
 
