@@ -7,7 +7,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use hinf_control::Disturbance;
 use uarm::commands::compare::experiments::experiment;
 use uarm::commands::compare::monte_carlo::{self, MonteCarloSettings};
-use uarm::commands::compare::variant::{ControllerVariant, VariantRobot};
+use uarm::commands::compare::variant::{ControllerVariant, RobotFiles, VariantRobot};
 use uarm::robot::overrides::Overrides;
 use uarm::simulated_robot::PlantChoice;
 use uarm::simulated_robot::SimulatedPlant;
@@ -18,8 +18,12 @@ use uarm::study::start::StartVariation;
 fn virtual_time(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("experiment/virtual time");
     group.sample_size(20);
-    for variant in VariantRobot::load(&ControllerVariant::paper().collect::<Vec<_>>(), None, &Overrides::default())
-        .expect("the built-in robot")
+    for variant in VariantRobot::load(
+        &ControllerVariant::paper().collect::<Vec<_>>(),
+        RobotFiles::default(),
+        &Overrides::default(),
+    )
+    .expect("the built-in robot")
     {
         group.bench_function(variant.variant.name(), |bencher| {
             bencher.iter(|| {
@@ -34,7 +38,7 @@ fn virtual_time(criterion: &mut Criterion) {
 /// One plant of `uarm compare --monte-carlo`, met by the paper's six.
 fn one_draw(criterion: &mut Criterion) {
     let settings = MonteCarloSettings {
-        robot: None,
+        files: RobotFiles::default(),
         variants: &ControllerVariant::paper().collect::<Vec<_>>(),
         disturbance: Disturbance::Paper,
         draws: NonZeroU32::MIN,

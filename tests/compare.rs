@@ -10,7 +10,7 @@ use serde_json::Value;
 use uarm::commands::compare::comparison::{self, Comparison, ComparisonSettings};
 use uarm::commands::compare::experiments::experiment;
 use uarm::commands::compare::monte_carlo::{self, MonteCarloSettings};
-use uarm::commands::compare::variant::{ControllerVariant, VariantRobot};
+use uarm::commands::compare::variant::{ControllerVariant, RobotFiles, VariantRobot};
 use uarm::robot::overrides::Overrides;
 use uarm::simulated_robot::PlantChoice;
 use uarm::simulated_robot::SimulatedPlant;
@@ -22,6 +22,9 @@ use uarm::study::start::StartVariation;
 use hinf_control::Disturbance;
 use support::{scratch, standard_output, text, uarm};
 
+/// The sets that are shipped.
+const TRAINED_SETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/uarm-fuzzy-sets.toml");
+
 static PAPER: LazyLock<Vec<ControllerVariant>> = LazyLock::new(|| ControllerVariant::paper().collect());
 
 fn json(arguments: &[&str]) -> Value {
@@ -30,7 +33,7 @@ fn json(arguments: &[&str]) -> Value {
 
 fn compare(plant: PlantChoice, repetitions: u32, variation: StartVariation) -> Comparison {
     let settings = ComparisonSettings {
-        robot: None,
+        files: RobotFiles::default(),
         variants: &PAPER,
         plant,
         disturbance: Disturbance::Paper,
@@ -44,7 +47,7 @@ fn compare(plant: PlantChoice, repetitions: u32, variation: StartVariation) -> C
 
 fn monte_carlo_settings(spread: f64, variation: StartVariation) -> MonteCarloSettings<'static> {
     MonteCarloSettings {
-        robot: None,
+        files: RobotFiles::default(),
         variants: PAPER.as_slice(),
         disturbance: Disturbance::Paper,
         draws: NonZeroU32::MIN,
@@ -76,7 +79,7 @@ fn the_reference_simulation_gave_the_same() {
     let rows = reference["rows"].as_array().unwrap();
     // The reference ends with the motion.
     let no_hold = Overrides { hold: Some(Duration::ZERO), ..Overrides::default() };
-    let robots = VariantRobot::load(&PAPER, None, &no_hold).unwrap();
+    let robots = VariantRobot::load(&PAPER, RobotFiles::default(), &no_hold).unwrap();
     assert_eq!(rows.len(), robots.len());
     for (variant, row) in robots.iter().zip(rows) {
         let plant = SimulatedPlant::new(&variant.robot, PlantChoice::Uarm, Disturbance::Paper).unwrap();
@@ -93,12 +96,17 @@ fn the_reference_simulation_gave_the_same() {
 fn without_variation_it_is_the_experiment_of_uarm_run() {
     let forms = [
         ("adaptive", vec!["--controller", "adaptive"]),
+        ("fuzzy", vec!["--controller", "fuzzy", "--fuzzy-sets", TRAINED_SETS]),
         ("nonlinear-reduced", vec!["--controller", "nonlinear", "--base-acceleration", "reduced"]),
         ("fuzzy-model-reduced", vec!["--controller", "fuzzy-model", "--base-acceleration", "reduced"]),
     ];
     for (name, form) in forms {
         let run = &json(&[&["run", "--virtual-time", "--json"], &form[..]].concat())[0];
-        let study = json(&["compare", "--variation", "none", "--repeat", "2", "--json", "--controllers", name]);
+        let trained = form.iter().any(|option| *option == "--fuzzy-sets");
+        let sets: &[&str] = if trained { &["--fuzzy-sets", TRAINED_SETS] } else { &[] };
+        let compare = ["compare", "--variation", "none", "--repeat", "2", "--json", "--controllers", name];
+        let study = json(&[&compare, sets].concat());
+        assert_eq!(study["fuzzy_sets_crc32"].is_number(), trained, "{name}");
         let row = &study["controllers"][0];
         assert_eq!(row["l2"]["deviation"], 0.0);
         for experiment in row["experiments"].as_array().unwrap() {
@@ -235,6 +243,10 @@ fn parts_of_a_monte_carlo_study_merge_to_the_bytes_of_the_whole() {
     let output = uarm(&merge[..3]);
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output).contains("experiment 1 stands in no file"), "{}", text(&output));
+    run(&["--shard", "1/2", "--fuzzy-sets", TRAINED_SETS, "--draws", &file("trained.jsonl")]);
+    let output = uarm(&["compare", "merge", &file("2.jsonl"), &file("trained.jsonl")]);
+    assert_eq!(output.status.code(), Some(1), "parts with other sets");
+    assert!(text(&output).contains("fuzzy_sets_crc32"), "{}", text(&output));
     assert_eq!(uarm(&[&study[..], &["--shard", "1/2"]].concat()).status.code(), Some(2), "a part that is not kept");
     let repeated = ["compare", "--repeat", "2", "--shard", "1/2", "--draws", &file("none.jsonl")];
     assert_eq!(uarm(&repeated).status.code(), Some(2), "repetitions have no parts");

@@ -144,6 +144,11 @@ impl Robot {
         self.fuzzy_sets = Some(trained.sets);
         Ok(())
     }
+
+    /// CRC-32 of the trained sets as they are printed; none if there are none.
+    pub fn fuzzy_sets_crc32(&self) -> Option<u32> {
+        self.fuzzy_sets.map(|sets| crc32fast::hash(format!("{sets:?}").as_bytes()))
+    }
 }
 
 fn bells(

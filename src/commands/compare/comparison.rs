@@ -1,7 +1,6 @@
 //! The paper's table with its spread: each controller, some repetitions, one plant.
 
 use std::num::{NonZeroU32, NonZeroUsize};
-use std::path::Path;
 
 use anyhow::Context;
 use hinf_control::Disturbance;
@@ -10,7 +9,7 @@ use serde::Serialize;
 use super::caveat::caveat;
 use super::experiments::experiment as run_experiment;
 use super::statistics::Summary;
-use super::variant::{ControllerVariant, Origin, VariantRobot};
+use super::variant::{ControllerVariant, Origin, RobotFiles, VariantRobot};
 use crate::dimensions::Outcome;
 use crate::error_text::with_causes;
 use crate::robot::Robot;
@@ -24,8 +23,8 @@ use uarm_loop::outcome::Indices;
 /// What is compared, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparisonSettings<'a> {
-    /// The robot file; without it the paper's UARM.
-    pub robot: Option<&'a Path>,
+    /// What describes the robot.
+    pub files: RobotFiles<'a>,
     /// The controller variants that are compared.
     pub variants: &'a [ControllerVariant],
     /// What the robot is.
@@ -55,6 +54,8 @@ pub struct Comparison {
     pub variation: StartVariation,
     /// What it was drawn from.
     pub seed: u64,
+    /// CRC-32 of the trained sets of the fuzzy laws; none where they are untrained.
+    pub fuzzy_sets_crc32: Option<u32>,
     /// What must be said beside these numbers.
     pub caveat: Option<&'static str>,
     /// The controllers, in the order asked for, each with what it completed; without those that completed nothing.
@@ -127,7 +128,7 @@ pub struct ExperimentRow {
 /// # Errors
 /// If the robot file is wrong, or an experiment cannot be begun. One that does not come to its end is listed.
 pub fn run(settings: &ComparisonSettings<'_>, done: impl Fn() + Sync) -> anyhow::Result<Comparison> {
-    let robots = VariantRobot::load(settings.variants, settings.robot, &Overrides::default())?;
+    let robots = VariantRobot::load(settings.variants, settings.files, &Overrides::default())?;
     let first = &robots.first().context("no controller to compare")?.robot;
     let repetitions = settings.repetitions.get() as usize;
     let experiment = |job: usize| experiment(settings, &robots[job / repetitions], (job % repetitions) as u64);
@@ -144,6 +145,7 @@ pub fn run(settings: &ComparisonSettings<'_>, done: impl Fn() + Sync) -> anyhow:
         repetitions: settings.repetitions.get(),
         variation: settings.variation,
         seed: settings.seed,
+        fuzzy_sets_crc32: first.fuzzy_sets_crc32(),
         caveat: caveat(first, settings.plant),
         controllers,
         failures,

@@ -21,6 +21,8 @@ pub struct StudyHeader {
     pub robot: String,
     /// CRC-32 of the robot file.
     pub robot_crc32: u32,
+    /// CRC-32 of the trained sets of the fuzzy laws; none where they are untrained.
+    pub fuzzy_sets_crc32: Option<u32>,
     /// The number of plants drawn.
     pub draws: u32,
     /// How far each parameter is from the robot file's at most, as a share of it.

@@ -31,7 +31,7 @@ use crate::study::spread::Spread;
 use crate::study::start::StartVariation;
 use comparison::ComparisonSettings;
 use monte_carlo::MonteCarloSettings;
-use variant::ControllerVariants;
+use variant::{ControllerVariants, RobotFiles};
 
 /// Arguments of `uarm compare`.
 #[derive(Debug, clap::Args)]
@@ -74,6 +74,9 @@ struct RunArguments {
     /// The robot file; without it the paper's UARM, which is built in
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
+    /// Let the fuzzy laws run with the sets in this file, as uarm train writes it; without it with the untrained grid
+    #[arg(long, value_name = "FILE.toml")]
+    fuzzy_sets: Option<PathBuf>,
     /// What the robot is
     #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
     plant: PlantChoice,
@@ -114,6 +117,12 @@ struct RunArguments {
     json: bool,
 }
 
+impl RunArguments {
+    fn files(&self) -> RobotFiles<'_> {
+        RobotFiles { robot: self.robot.as_deref(), fuzzy_sets: self.fuzzy_sets.as_deref() }
+    }
+}
+
 /// Runs the study and prints it.
 ///
 /// # Errors
@@ -123,7 +132,10 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         Some(Command::Merge(arguments)) => return merge::execute(arguments),
         None => &arguments.run,
     };
-    let outputs = OutputFiles::new(arguments.force, arguments.robot.as_deref());
+    let outputs = OutputFiles::new(
+        arguments.force,
+        [&arguments.robot, &arguments.fuzzy_sets].into_iter().flatten().map(PathBuf::as_path),
+    );
     outputs
         .check([&arguments.csv, &arguments.draws].into_iter().flatten().map(PathBuf::as_path))
         .context("--csv, --draws")?;
@@ -139,7 +151,7 @@ fn monte_carlo(arguments: &RunArguments, draws: NonZeroU32, outputs: &OutputFile
         "--monte-carlo draws the imperfections of the UARM, expected --plant uarm: the other plants have none"
     );
     let settings = MonteCarloSettings {
-        robot: arguments.robot.as_deref(),
+        files: arguments.files(),
         variants: arguments.controllers.as_slice(),
         disturbance: arguments.disturbance,
         draws,
@@ -161,7 +173,7 @@ fn monte_carlo(arguments: &RunArguments, draws: NonZeroU32, outputs: &OutputFile
 
 fn compare(arguments: &RunArguments, outputs: &OutputFiles) -> anyhow::Result<ExitCode> {
     let settings = ComparisonSettings {
-        robot: arguments.robot.as_deref(),
+        files: arguments.files(),
         variants: arguments.controllers.as_slice(),
         plant: arguments.plant,
         disturbance: arguments.disturbance,

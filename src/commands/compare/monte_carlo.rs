@@ -1,7 +1,6 @@
 //! Each controller on many plants drawn around one: does an order hold when the robot is another?
 
 use std::num::{NonZeroU32, NonZeroUsize};
-use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -13,7 +12,7 @@ use super::caveat::caveat;
 use super::draws::{Draw, DrawnPlant, Draws, StudyHeader};
 use super::experiments::experiment as run_experiment;
 use super::statistics::Quantiles;
-use super::variant::{ControllerVariant, Origin, VariantRobot};
+use super::variant::{ControllerVariant, Origin, RobotFiles, VariantRobot};
 use crate::error_text::with_causes;
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
@@ -35,8 +34,8 @@ pub const INTEGRATION_STEP: IntegrationStep = IntegrationStep::COARSE;
 /// What is drawn, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct MonteCarloSettings<'a> {
-    /// The robot file; without it the paper's UARM.
-    pub robot: Option<&'a Path>,
+    /// What describes the robot.
+    pub files: RobotFiles<'a>,
     /// The controller variants that are compared.
     pub variants: &'a [ControllerVariant],
     /// What disturbs the joints.
@@ -70,6 +69,8 @@ pub struct MonteCarlo {
     pub seed: u64,
     /// The plants' integration step, µs.
     pub integration_step_us: u64,
+    /// CRC-32 of the trained sets of the fuzzy laws; none where they are untrained.
+    pub fuzzy_sets_crc32: Option<u32>,
     /// What must be said beside these numbers.
     pub caveat: Option<String>,
     /// The controllers, in the order asked for.
@@ -114,6 +115,7 @@ fn header(settings: &MonteCarloSettings<'_>, robot: &Robot) -> StudyHeader {
         uarm: VERSION.to_owned(),
         robot: robot.description.name.clone(),
         robot_crc32: crc32fast::hash(robot.source.as_bytes()),
+        fuzzy_sets_crc32: robot.fuzzy_sets_crc32(),
         draws: settings.draws.get(),
         spread: settings.spread.share(),
         variation: settings.variation,
@@ -131,7 +133,7 @@ fn header(settings: &MonteCarloSettings<'_>, robot: &Robot) -> StudyHeader {
 /// If the robot file is wrong.
 pub fn load(settings: &MonteCarloSettings<'_>) -> anyhow::Result<Vec<VariantRobot>> {
     let overrides = Overrides { hold: Some(Duration::ZERO), ..Overrides::default() };
-    Ok(VariantRobot::load(settings.variants, settings.robot, &overrides)?)
+    Ok(VariantRobot::load(settings.variants, settings.files, &overrides)?)
 }
 
 /// Draws plant number `index` and runs each controller on it, from the same start.
@@ -174,6 +176,7 @@ impl MonteCarlo {
             variation: header.variation,
             seed: header.seed,
             integration_step_us: header.integration_step_us,
+            fuzzy_sets_crc32: header.fuzzy_sets_crc32,
             caveat: header.caveat.clone(),
             controllers: header.controllers.iter().enumerate().map(row).collect::<anyhow::Result<_>>()?,
         })

@@ -24,6 +24,7 @@ pub fn print_comparison(comparison: &Comparison, output: &mut impl Write) -> io:
     print_index(comparison, output, "E, the summed torque (N m s)", |row| row.e, |indices| indices.e)?;
     print_motion(comparison, output)?;
     print_failures(comparison, output)?;
+    print_sets(comparison.fuzzy_sets_crc32, output)?;
     print_caveat(comparison.caveat, output)
 }
 
@@ -109,6 +110,7 @@ pub fn print_monte_carlo(study: &MonteCarlo, output: &mut impl Write) -> io::Res
         let MonteCarloRow { controller, best_l2, worst_l2, failed, .. } = row;
         writeln!(output, "  {controller:<NAME$}{best_l2:>9}{worst_l2:>9}{failed:>9}")?;
     }
+    print_sets(study.fuzzy_sets_crc32, output)?;
     print_caveat(study.caveat.as_deref(), output)
 }
 
@@ -130,6 +132,10 @@ fn print_quantiles(
         writeln!(output, "{}", format!("  {:<NAME$}{cells}   {origin}", row.controller).trim_end())?;
     }
     Ok(())
+}
+
+fn print_sets(crc32: Option<u32>, output: &mut impl Write) -> io::Result<()> {
+    crc32.map_or(Ok(()), |crc32| writeln!(output, "\nfuzzy laws with trained sets (CRC-32 {crc32:08x})"))
 }
 
 fn print_caveat(caveat: Option<&str>, output: &mut impl Write) -> io::Result<()> {

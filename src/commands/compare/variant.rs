@@ -100,6 +100,15 @@ impl ControllerVariant {
     }
 }
 
+/// What describes the robot.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RobotFiles<'a> {
+    /// The robot file; without it the paper's UARM.
+    pub robot: Option<&'a Path>,
+    /// Trained sets for the fuzzy laws; without them the untrained grid.
+    pub fuzzy_sets: Option<&'a Path>,
+}
+
 /// A variant with the robot that it controls.
 #[derive(Clone, Debug)]
 pub struct VariantRobot {
@@ -110,16 +119,20 @@ pub struct VariantRobot {
 }
 
 impl VariantRobot {
-    /// ControllerVariants with the robot of `file` (without one, the paper's). `overrides` may change it, but for the laws' form.
+    /// ControllerVariants with the robot of `files`. `overrides` may change it, but for the laws' form.
     ///
     /// # Errors
-    /// As [`Robot::load`].
+    /// As [`Robot::load`] and [`Robot::load_fuzzy_sets`].
     pub fn load(
         variants: &[ControllerVariant],
-        file: Option<&Path>,
+        files: RobotFiles<'_>,
         overrides: &Overrides,
     ) -> Result<Vec<Self>, RobotError> {
-        let load = |variant: &ControllerVariant| Ok(Self { variant: *variant, robot: variant.robot(file, overrides)? });
+        let load = |variant: &ControllerVariant| {
+            let mut robot = variant.robot(files.robot, overrides)?;
+            robot.load_fuzzy_sets(files.fuzzy_sets)?;
+            Ok(Self { variant: *variant, robot })
+        };
         variants.iter().map(load).collect()
     }
 }

@@ -35,10 +35,13 @@ ANFIS (Jang 1993) learns these sets off line from recorded runs:
   target   applied torque less feedback torque, N m: what the rules shall supply (paper eqs. 41 and 43)
 Take runs that track well without knowing the model, such as --controller neural. One fifth of the samples checks what the
 others train, or all of --check; the sets with the lowest checking error are kept.
+A better fit of recorded runs need not be a better controller: the laws adapt their rules while they run, the fit is of fixed ones.
+Compare before use: the sets shipped are slightly worse than the untrained grid (docs/reproduction.md).
 
 Example:
   uarm run --virtual-time --controller neural --log neural.mcap
   uarm train neural.mcap --out sets.toml --figures figures
+  uarm compare --controllers fuzzy,fuzzy-model --fuzzy-sets sets.toml
   uarm run --controller fuzzy --fuzzy-sets sets.toml")]
 pub struct Arguments {
     /// Recorded runs, all of the same law or of laws with the same weights: logs, or CSV files of uarm show --csv
