@@ -102,7 +102,7 @@ fn without_variation_it_is_the_experiment_of_uarm_run() {
     ];
     for (name, form) in forms {
         let run = &json(&[&["run", "--virtual-time", "--json"], &form[..]].concat())[0];
-        let trained = form.iter().any(|option| *option == "--fuzzy-sets");
+        let trained = form.contains(&"--fuzzy-sets");
         let sets: &[&str] = if trained { &["--fuzzy-sets", TRAINED_SETS] } else { &[] };
         let compare = ["compare", "--variation", "none", "--repeat", "2", "--json", "--controllers", name];
         let study = json(&[&compare, sets].concat());
