@@ -12,7 +12,7 @@ fn measurement() -> Measurement<f64> {
     Measurement {
         position: Vector2::new(0.86, 0.71),
         velocity: Vector2::new(0.63, 0.45),
-        base: BaseMeasurement { position: -0.4, velocity: -0.5, acceleration: 0.1 },
+        base: BaseMeasurement::planar(-0.5, 0.1),
     }
 }
 

@@ -42,7 +42,7 @@ fn run(law: Law, settings: &ControllerSettings) -> Result<PerformanceIndices<f64
         let measurement = Measurement {
             position: position.yz(),
             velocity: velocity.yz(),
-            base: BaseMeasurement { position: position.x, velocity: velocity.x, acceleration: 0.0 },
+            base: BaseMeasurement::planar(velocity.x, 0.0),
         };
         let desired = reference.at(time.as_secs_f64());
         let elapsed = if time.is_zero() { 0.0 } else { period.as_secs_f64() };

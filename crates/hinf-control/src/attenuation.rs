@@ -6,16 +6,17 @@
 //!
 //! 2(V̇ + ½x̃ᵀQx̃ + ½uᵀRu − ½γ²ωᵀω) = Σ_i [−2c/R_i + t_i²(2/R_i − 1/γ₀²)] s_i² + 2c/t_i s_iω_i − γ²ω_i²,
 //!
-//! which is never positive if c²/(t_i²γ²) − 2c/R_i + t_i²(2/R_i − 1/γ₀²) ≤ 0 for both i, that is, if the one number c lies
-//! in both intervals t_i²γ²[1/R_i ± √(1/R_i² − (2/R_i − 1/γ₀²)/γ²)]. Then γ bounds the ratio of eq. 8. The
+//! which is never positive if c²/(t_i²γ²) − 2c/R_i + t_i²(2/R_i − 1/γ₀²) ≤ 0 for all i, that is, if the one number c lies
+//! in all intervals t_i²γ²[1/R_i ± √(1/R_i² − (2/R_i − 1/γ₀²)/γ²)]. Then γ bounds the ratio of eq. 8. The
 //! intervals only grow with γ, so the smallest such γ is found by bisection.
 //!
 //! At γ = γ₀ the intervals are [t_i², t_i²(2γ²/R_i − 1)]: the level designed for is proven exactly where
 //! max t_i² ≤ min t_i²(2γ²/R_i − 1). T11 = tI always qualifies, and so does every row of Table 3.
 
 use crate::Synthesis;
+use crate::spectral::is_diagonal;
 use dem_model::Scalar;
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::SVector;
 
 /// A level that [`Synthesis::proven_attenuation_level`] proves, with the storage function that proves it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +32,7 @@ const BISECTIONS: usize = 64;
 /// Doublings of γ² in search of a level that holds: more than the exponents of f64.
 const DOUBLINGS: usize = 1100;
 
-impl<T: Scalar> Synthesis<T> {
+impl<T: Scalar, const N: usize> Synthesis<T, N> {
     /// The smallest γ² that is proven for this design, with the true base acceleration or the reduced law; `None` if the
     /// theorem does not apply: T11 is not tI, and R or T11 is not diagonal.
     ///
@@ -44,27 +45,28 @@ impl<T: Scalar> Synthesis<T> {
     /// ```
     pub fn proven_attenuation_level(&self) -> Option<ProvenAttenuation<T>> {
         let designed = self.attenuation_level() * self.attenuation_level();
-        let is_diagonal = |matrix: &Matrix2<T>| matrix.m12 == T::zero() && matrix.m21 == T::zero();
+
+        let t = self.t11().diagonal();
         if !(is_diagonal(self.t11()) && is_diagonal(self.control_weight())) {
-            let t = self.t11().m11;
-            let scalar = is_diagonal(self.t11()) && self.t11().m22 == t;
-            return scalar.then_some(ProvenAttenuation { level_squared: designed, storage_gain: t * t });
+            let one = t.iter().next().copied().filter(|first| t.iter().all(|other| other == first))?;
+            let proven = ProvenAttenuation { level_squared: designed, storage_gain: one * one };
+            return is_diagonal(self.t11()).then_some(proven);
         }
-        let t_squared = self.t11().diagonal().map(|t| t * t);
+        let t_squared = t.map(|t| t * t);
         let intervals = StorageGains { t_squared, control: self.control_weight().diagonal(), designed };
         intervals.smallest_level()
     }
 }
 
 /// The intervals that c must lie in.
-struct StorageGains<T: Scalar> {
-    t_squared: Vector2<T>,
-    control: Vector2<T>,
+struct StorageGains<T: Scalar, const N: usize> {
+    t_squared: SVector<T, N>,
+    control: SVector<T, N>,
     /// γ₀².
     designed: T,
 }
 
-impl<T: Scalar> StorageGains<T> {
+impl<T: Scalar, const N: usize> StorageGains<T, N> {
     fn smallest_level(&self) -> Option<ProvenAttenuation<T>> {
         let two = T::constant(2.0);
         let mut holds = self.designed;
@@ -89,12 +91,14 @@ impl<T: Scalar> StorageGains<T> {
         self.common(holds).map(|storage_gain| ProvenAttenuation { level_squared: holds, storage_gain })
     }
 
-    /// A c in both intervals for γ² = `level_squared`: the middle of what they have in common.
+    /// A c in all intervals for γ² = `level_squared`: the middle of what they have in common.
     fn common(&self, level_squared: T) -> Option<T> {
-        let (low_1, high_1) = self.interval(self.t_squared.x, self.control.x, level_squared)?;
-        let (low_2, high_2) = self.interval(self.t_squared.y, self.control.y, level_squared)?;
-        let (low, high) = (low_1.max(low_2), high_1.min(high_2));
-        (low <= high).then_some((low + high) / T::constant(2.0))
+        let mut common: Option<(T, T)> = None;
+        for (t_squared, control) in self.t_squared.iter().zip(self.control.iter()) {
+            let (low, high) = self.interval(*t_squared, *control, level_squared)?;
+            common = Some(common.map_or((low, high), |(lowest, highest)| (low.max(lowest), high.min(highest))));
+        }
+        common.filter(|(low, high)| low <= high).map(|(low, high)| (low + high) / T::constant(2.0))
     }
 
     fn interval(&self, t_squared: T, control: T, level_squared: T) -> Option<(T, T)> {

@@ -38,6 +38,38 @@ impl BaseAcceleration {
     }
 }
 
+/// How controller 2 has the base acceleration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+pub enum AdaptiveBaseAcceleration {
+    /// As measured: reads the base velocity and acceleration.
+    Measured,
+    /// Eliminated by eqs. 20 and 21: reads the base velocity. Where an estimated matrix is not positive definite, falls back
+    /// to `Omitted` for the cycle.
+    #[default]
+    Eliminated,
+    /// Left out, with all of E: reads nothing of the base.
+    Omitted,
+}
+
+impl TryFrom<BaseAcceleration> for AdaptiveBaseAcceleration {
+    type Error = UnsupportedBaseAcceleration;
+
+    fn try_from(mode: BaseAcceleration) -> Result<Self, UnsupportedBaseAcceleration> {
+        match mode {
+            BaseAcceleration::Measured => Ok(Self::Measured),
+            BaseAcceleration::Eliminated => Ok(Self::Eliminated),
+            BaseAcceleration::Omitted => Ok(Self::Omitted),
+            found @ (BaseAcceleration::Reduced | BaseAcceleration::ReducedMomentum) => {
+                Err(UnsupportedBaseAcceleration {
+                    found,
+                    expected: "measured, eliminated or omitted: the reduced inertia is not linear in the adapted parameters",
+                })
+            }
+        }
+    }
+}
+
 /// A law does not offer the mode asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the base acceleration cannot be {}, expected {expected}", .found.name())]

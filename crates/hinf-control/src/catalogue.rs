@@ -1,10 +1,10 @@
 //! Choosing a law at run time: names, weights, building.
 
-use crate::law_definition::{BuildContext, BuildError};
+use crate::law_definition::{BuildContext, BuildError, CatalogueModel};
 use crate::{AnyController, Command, Controller, ControllerSettings, FrozenState, Law, LimitedJoints, Measurement};
 use crate::{Reference, Synthesis, ThawError, Weights};
 use dem_model::Scalar;
-use nalgebra::Matrix2;
+use nalgebra::SMatrix;
 
 const PAPER_LAWS: usize = {
     let (mut laws, mut count) = (Law::ALL.as_slice(), 0);
@@ -35,14 +35,14 @@ impl Law {
     }
 }
 
-impl ControllerSettings {
+impl<const N: usize> ControllerSettings<N> {
     /// The H∞ weights of `law`. A law without weights of its own is given those of controller 1.
-    pub fn weights<T: Scalar>(&self, law: Law) -> Weights<T> {
+    pub fn weights<T: Scalar>(&self, law: Law) -> Weights<T, N> {
         let state = self.state_weights(law).unwrap_or_else(|| self.nonlinear.weights());
         Weights {
             velocity: state.q1.matrix(),
             position: state.q2.matrix(),
-            cross: Matrix2::zeros(),
+            cross: SMatrix::zeros(),
             control: self.r.matrix(),
             attenuation_level: T::constant(self.attenuation_level),
             reading: self.reading,
@@ -63,17 +63,25 @@ impl ControllerSettings {
     ///
     /// # Errors
     /// [`BuildError`] if the weights allow no design, or a setting is refused.
-    pub fn build<T: Scalar>(&self, law: Law, context: &BuildContext<T>) -> Result<AnyController<T>, BuildError> {
+    pub fn build<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>>(
+        &self,
+        law: Law,
+        context: &BuildContext<T, M>,
+    ) -> Result<AnyController<T, N, B, M>, BuildError> {
         self.build_with(law, Synthesis::new(&self.weights(law))?, context)
     }
 }
 
-impl<T: Scalar> Controller<T> for AnyController<T> {
-    fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T> {
+impl<T, const N: usize, const B: usize, M> Controller<T, N, B> for AnyController<T, N, B, M>
+where
+    T: Scalar,
+    M: CatalogueModel<T, N, B>,
+{
+    fn update(&mut self, measurement: &Measurement<T, N, B>, reference: &Reference<T, N>, period: T) -> Command<T, N> {
         self.law_mut().update(measurement, reference, period)
     }
 
-    fn limited(&mut self, joints: LimitedJoints) {
+    fn limited(&mut self, joints: LimitedJoints<N>) {
         self.law_mut().limited(joints);
     }
 
@@ -89,11 +97,11 @@ impl<T: Scalar> Controller<T> for AnyController<T> {
         self.law_mut().reset();
     }
 
-    fn freeze(&self) -> FrozenState<T> {
+    fn freeze(&self) -> FrozenState<T, N> {
         self.law().freeze()
     }
 
-    fn thaw(&mut self, state: &FrozenState<T>) -> Result<(), ThawError> {
+    fn thaw(&mut self, state: &FrozenState<T, N>) -> Result<(), ThawError> {
         self.law_mut().thaw(state)
     }
 }

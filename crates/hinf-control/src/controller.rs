@@ -1,6 +1,7 @@
 //! The contract of every control law: state and reference in, torque out, period passed in.
 //!
-//! The types are generic over N, the number of active joints. The laws of this crate have the default, two.
+//! Generic over N, the number of active joints, and B, the degrees of freedom of the base: 1 in the plane, 3 in space. The
+//! defaults are the paper's arm.
 
 use dem_model::Scalar;
 use nalgebra::SVector;
@@ -9,24 +10,37 @@ use nalgebra::SVector;
 ///
 /// Joint vectors hold the N active joints in the order of the arm, for two `[q2, q3]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement<T: Scalar, const N: usize = 2> {
+pub struct Measurement<T: Scalar, const N: usize = 2, const B: usize = 1> {
     /// Joint angles q_m, rad.
     pub position: SVector<T, N>,
     /// Joint velocities q̇_m, rad/s.
     pub velocity: SVector<T, N>,
     /// The free-floating base (DEM: passive joint 1).
-    pub base: BaseMeasurement<T>,
+    pub base: BaseMeasurement<T, B>,
 }
 
-/// What is known of the base. Controllers 3–6 and the `omitted` and `reduced` forms read none of it.
+/// What is known of the base. Controllers 3–6 and the `omitted` and `reduced` forms read none of it. Its attitude has no
+/// effect on the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BaseMeasurement<T: Scalar> {
-    /// Base attitude q_b, rad.
-    pub position: T,
-    /// Base velocity q̇_b, rad/s.
-    pub velocity: T,
-    /// Base acceleration q̈_b, rad/s²: the differentiated velocity, or the plant's truth in a simulation.
-    pub acceleration: T,
+pub struct BaseMeasurement<T: Scalar, const B: usize = 1> {
+    /// Base velocity v_b in base axes, rad/s: q̇_1 in the plane, ω_b in space.
+    pub velocity: SVector<T, B>,
+    /// Base acceleration v̇_b in base axes, rad/s²: the differentiated velocity, or the plant's truth in a simulation.
+    pub acceleration: SVector<T, B>,
+}
+
+impl<T: Scalar, const B: usize> BaseMeasurement<T, B> {
+    /// What a law that reads nothing of the base may be given: a base at rest.
+    pub fn at_rest() -> Self {
+        Self { velocity: SVector::zeros(), acceleration: SVector::zeros() }
+    }
+}
+
+impl<T: Scalar> BaseMeasurement<T> {
+    /// A base in the plane that turns at `velocity`, rad/s, with `acceleration`, rad/s².
+    pub fn planar(velocity: T, acceleration: T) -> Self {
+        Self { velocity: SVector::from([velocity]), acceleration: SVector::from([acceleration]) }
+    }
 }
 
 /// The desired motion of the active joints at a sampling instant.
@@ -94,8 +108,8 @@ impl<T: Scalar, const N: usize> Command<T, N> {
 
 /// Whether a law can work with what it got: finite numbers, and a period that is not negative. What is known of the base is
 /// left out, since not every law reads it.
-pub fn is_usable<T: Scalar, const N: usize>(
-    measurement: &Measurement<T, N>,
+pub fn is_usable<T: Scalar, const N: usize, const B: usize>(
+    measurement: &Measurement<T, N, B>,
     reference: &Reference<T, N>,
     period: T,
 ) -> bool {
@@ -109,33 +123,36 @@ pub fn is_usable<T: Scalar, const N: usize>(
 /// Which joints' torques left the limiter other than they came.
 pub type LimitedJoints<const N: usize = 2> = [bool; N];
 
-/// The most numbers that the state of any law holds.
-pub const STATE_CAPACITY: usize = 128;
+/// The most numbers that the state of any law holds for each joint.
+pub(crate) const STATE_OF_A_JOINT: usize = 64;
 
 /// The whole inner state of a law, copied out: a replay can start from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrozenState<T: Scalar> {
-    values: [T; STATE_CAPACITY],
+pub struct FrozenState<T: Scalar, const N: usize = 2> {
+    values: [[T; N]; STATE_OF_A_JOINT],
     len: usize,
 }
 
-impl<T: Scalar> FrozenState<T> {
-    /// A copy of `values`; `None` if there are more than [`STATE_CAPACITY`].
+impl<T: Scalar, const N: usize> FrozenState<T, N> {
+    /// The most numbers that the state of any law for N joints holds.
+    pub const CAPACITY: usize = N * STATE_OF_A_JOINT;
+
+    /// A copy of `values`; `None` if there are more than [`CAPACITY`](Self::CAPACITY).
     pub fn new(values: &[T]) -> Option<Self> {
-        let mut state = Self { values: [T::zero(); STATE_CAPACITY], len: values.len() };
-        state.values.get_mut(..values.len())?.copy_from_slice(values);
+        let mut state = Self { len: values.len(), ..Self::empty() };
+        state.values.as_flattened_mut().get_mut(..values.len())?.copy_from_slice(values);
         Some(state)
     }
 
     /// The state of a law that has none.
     pub fn empty() -> Self {
-        Self { values: [T::zero(); STATE_CAPACITY], len: 0 }
+        Self { values: [[T::zero(); N]; STATE_OF_A_JOINT], len: 0 }
     }
 
-    /// The first [`STATE_CAPACITY`] of `values`; a law checks at compile time that it has no more.
+    /// The first [`CAPACITY`](Self::CAPACITY) of `values`; a law checks at compile time that it has no more.
     pub(crate) fn gather(values: impl Iterator<Item = T>) -> Self {
         let mut state = Self::empty();
-        for (slot, value) in state.values.iter_mut().zip(values) {
+        for (slot, value) in state.values.as_flattened_mut().iter_mut().zip(values) {
             *slot = value;
             state.len += 1;
         }
@@ -149,7 +166,7 @@ impl<T: Scalar> FrozenState<T> {
 
     /// The numbers that make up the state, in the order that the law documents.
     pub fn values(&self) -> &[T] {
-        self.values.get(..self.len).unwrap_or(&[])
+        self.values.as_flattened().get(..self.len).unwrap_or(&[])
     }
 }
 
@@ -170,15 +187,15 @@ pub enum ThawError {
     NotFinite,
 }
 
-/// A control law for N active joints.
+/// A control law for N active joints on a base of B degrees of freedom.
 ///
 /// The caller samples the robot, calls [`Controller::update`] once a cycle, limits the torque, and reports with
 /// [`Controller::limited`] what the limiter did. A law never reads a clock, allocates or fails: bad configurations are
 /// refused when it is built. Nothing non-finite leaves it, whatever comes in: see [`Command::fallback`].
-pub trait Controller<T: Scalar, const N: usize = 2> {
+pub trait Controller<T: Scalar, const N: usize = 2, const B: usize = 1> {
     /// One cycle. `period` is the time since the previous call in seconds, zero on the first: adaptive laws first step
     /// Φ over it with the Φ̇ of the previous call (explicit Euler), then compute the torque from the stepped Φ.
-    fn update(&mut self, measurement: &Measurement<T, N>, reference: &Reference<T, N>, period: T) -> Command<T, N>;
+    fn update(&mut self, measurement: &Measurement<T, N, B>, reference: &Reference<T, N>, period: T) -> Command<T, N>;
 
     /// Tells the law which of its torques the limiter cut, after each [`Controller::update`].
     fn limited(&mut self, _joints: LimitedJoints<N>) {}
@@ -196,11 +213,11 @@ pub trait Controller<T: Scalar, const N: usize = 2> {
     fn reset(&mut self);
 
     /// The whole inner state.
-    fn freeze(&self) -> FrozenState<T>;
+    fn freeze(&self) -> FrozenState<T, N>;
 
     /// Goes on from a frozen state.
     ///
     /// # Errors
     /// [`ThawError`] if the state has another size than this law's, or is not finite; the law is then unchanged.
-    fn thaw(&mut self, state: &FrozenState<T>) -> Result<(), ThawError>;
+    fn thaw(&mut self, state: &FrozenState<T, N>) -> Result<(), ThawError>;
 }

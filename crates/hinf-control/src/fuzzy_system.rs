@@ -2,11 +2,11 @@
 //!
 //! Per joint k nine rules over (q̃̇_k, q̃_k): IF the velocity error is A_i and the position error is B_j THEN
 //! y = f_0 + f_1 q̃̇_k + f_2 q̃_k. Rule l = 3i + j fires with μ_l = min(A_i, B_j) (eq. 39), and
-//! H_k = Σ_l μ_l y_l / Σ_l μ_l = ξ_kᵀΦ_k: ξ_k holds μ_l/Σμ·[1, q̃̇_k, q̃_k] rule by rule, Φ_k the 27 consequents. Ξ = diag(ξ_1ᵀ, ξ_2ᵀ).
+//! H_k = Σ_l μ_l y_l / Σ_l μ_l = ξ_kᵀΦ_k: ξ_k holds μ_l/Σμ·[1, q̃̇_k, q̃_k] rule by rule, Φ_k the 27 consequents. Ξ = diag(ξ_1ᵀ, …, ξ_Nᵀ).
 //!
 //! The sets are generalised bells, as ANFIS trains them (Jang 1993): A(x) = 1/(1 + |(x − c)/a|^{2b}).
 
-use crate::TrackingError;
+use crate::{JointRegressor, TrackingError};
 use dem_model::Scalar;
 use nalgebra::{SMatrix, SVector};
 
@@ -16,10 +16,8 @@ pub const SETS: usize = 3;
 pub const RULES: usize = SETS * SETS;
 /// Consequents of a rule: f_0, f_1, f_2.
 const CONSEQUENTS: usize = 3;
-/// Adapted parameters of one joint.
-const JOINT_PARAMETERS: usize = RULES * CONSEQUENTS;
-/// Adapted parameters of both joints.
-pub const FUZZY_PARAMETERS: usize = 2 * JOINT_PARAMETERS;
+/// Adapted parameters of each joint.
+pub const FUZZY_PARAMETERS: usize = RULES * CONSEQUENTS;
 
 /// Σμ below which no rule is taken to fire. Normalising is exact well above the smallest f32, 1e-38.
 const FIRING_FLOOR: f64 = 1e-30;
@@ -106,7 +104,7 @@ impl<T: Scalar> GeneralisedBell<T> {
     }
 }
 
-/// The premises that both joints share, in rad/s and rad.
+/// The premises that all joints share, in rad/s and rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FuzzySets<T: Scalar> {
     /// A_1 … A_3 over the velocity error, rad/s.
@@ -144,7 +142,7 @@ pub enum Firing {
     Product,
 }
 
-/// The fuzzy systems of both joints.
+/// The fuzzy systems of the joints, one for each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FuzzySystem<T: Scalar> {
     sets: FuzzySets<T>,
@@ -153,9 +151,9 @@ pub struct FuzzySystem<T: Scalar> {
 
 /// Ξ, and whether no rule fired for a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FuzzyRegressor<T: Scalar> {
+pub struct FuzzyRegressor<T: Scalar, const N: usize = 2> {
     /// Ξ of eq. 40.
-    pub matrix: SMatrix<T, 2, FUZZY_PARAMETERS>,
+    pub regressor: JointRegressor<T, FUZZY_PARAMETERS, N>,
     /// Σμ vanished for a joint: all its rules were given the same strength.
     pub fell_back: bool,
 }
@@ -190,20 +188,22 @@ impl<T: Scalar> FuzzySystem<T> {
         (sum >= T::constant(FIRING_FLOOR)).then(|| strengths / sum)
     }
 
-    /// Ξ = diag(ξ_1ᵀ, ξ_2ᵀ) of eq. 40. Where no rule fires, all nine are given the same strength: what bells of one width
+    /// Ξ = diag(ξ_1ᵀ, …, ξ_Nᵀ) of eq. 40. Where no rule fires, all nine are given the same strength: what bells of one width
     /// tend to as the error grows.
-    pub fn regressor(&self, error: &TrackingError<T>) -> FuzzyRegressor<T> {
-        let mut regressor = FuzzyRegressor { matrix: SMatrix::zeros(), fell_back: false };
+    pub fn regressor<const N: usize>(&self, error: &TrackingError<T, N>) -> FuzzyRegressor<T, N> {
+        let mut rows = SMatrix::<T, FUZZY_PARAMETERS, N>::zeros();
+        let mut fell_back = false;
         let errors = error.velocity.iter().zip(error.position.iter());
-        for (joint, (&velocity_error, &position_error)) in errors.enumerate() {
+        for (mut row, (&velocity_error, &position_error)) in rows.column_iter_mut().zip(errors) {
             let strengths = self.firing_strengths(velocity_error, position_error);
-            regressor.fell_back |= strengths.is_none();
+            fell_back |= strengths.is_none();
             let uniform = || SVector::repeat(T::one() / T::constant(9.0));
             let strengths: SVector<T, RULES> = strengths.unwrap_or_else(uniform);
             let terms = strengths.iter().flat_map(|s| [*s, *s * velocity_error, *s * position_error]);
-            let row = SMatrix::<T, 1, JOINT_PARAMETERS>::from_iterator(terms);
-            regressor.matrix.fixed_view_mut::<1, JOINT_PARAMETERS>(joint, joint * JOINT_PARAMETERS).copy_from(&row);
+            for (element, term) in row.iter_mut().zip(terms) {
+                *element = term;
+            }
         }
-        regressor
+        FuzzyRegressor { regressor: JointRegressor::new(rows), fell_back }
     }
 }

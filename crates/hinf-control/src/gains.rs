@@ -2,13 +2,13 @@
 
 use crate::Synthesis;
 use dem_model::Scalar;
-use nalgebra::{Cholesky, Matrix2};
+use nalgebra::{Cholesky, SMatrix};
 
 /// The gains of [`PdComputedTorque`](crate::PdComputedTorque): their symmetric parts are positive definite.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PdGains<T: Scalar> {
-    proportional: Matrix2<T>,
-    derivative: Matrix2<T>,
+pub struct PdGains<T: Scalar, const N: usize = 2> {
+    proportional: SMatrix<T, N, N>,
+    derivative: SMatrix<T, N, N>,
 }
 
 /// A gain is not finite, or its symmetric part not positive definite.
@@ -19,12 +19,12 @@ pub struct GainError {
     pub gain: &'static str,
 }
 
-impl<T: Scalar> PdGains<T> {
+impl<T: Scalar, const N: usize> PdGains<T, N> {
     /// K_p (N·m/rad) and K_d (N·m·s/rad).
     ///
     /// # Errors
     /// [`GainError`] unless both are finite and positive definite.
-    pub fn new(proportional: Matrix2<T>, derivative: Matrix2<T>) -> Result<Self, GainError> {
+    pub fn new(proportional: SMatrix<T, N, N>, derivative: SMatrix<T, N, N>) -> Result<Self, GainError> {
         for (matrix, gain) in [(&proportional, "proportional"), (&derivative, "derivative")] {
             let finite = matrix.iter().all(|element| element.is_finite());
             if !finite || Cholesky::new(matrix + matrix.transpose()).is_none() {
@@ -35,12 +35,12 @@ impl<T: Scalar> PdGains<T> {
     }
 
     /// K_p, N·m/rad.
-    pub fn proportional(&self) -> &Matrix2<T> {
+    pub fn proportional(&self) -> &SMatrix<T, N, N> {
         &self.proportional
     }
 
     /// K_d, N·m·s/rad.
-    pub fn derivative(&self) -> &Matrix2<T> {
+    pub fn derivative(&self) -> &SMatrix<T, N, N> {
         &self.derivative
     }
 
@@ -48,7 +48,7 @@ impl<T: Scalar> PdGains<T> {
     ///
     /// # Errors
     /// [`GainError`] if the weights' off-diagonal elements leave one of them without a positive definite symmetric part.
-    pub fn matching(synthesis: &Synthesis<T>) -> Result<Self, GainError> {
+    pub fn matching(synthesis: &Synthesis<T, N>) -> Result<Self, GainError> {
         let derivative = synthesis.t11_inverse() * synthesis.control_gain() * synthesis.t11();
         Self::new(derivative * synthesis.error_rate(), derivative)
     }

@@ -26,7 +26,7 @@
 //! let measurement = Measurement {
 //!     position: *reference.start(),
 //!     velocity: Vector2::zeros(),
-//!     base: BaseMeasurement { position: 0.0, velocity: 0.0, acceleration: 0.0 },
+//!     base: BaseMeasurement::at_rest(),
 //! };
 //! let command = law.update(&measurement, &reference.at(time), period);
 //! let torque = limiter.limit(command.torque, period)?;
@@ -54,8 +54,8 @@
 //!
 //! # Vocabulary
 //!
-//! - *Active joints*, m: joints 2 and 3, which have motors. *Base*, b: the spacecraft, joint 1 of its dynamically equivalent
-//!   manipulator, which has none.
+//! - *Active joints*, m: those of the arm, which have motors; joints 2 and 3 of the paper's. *Base*, b: the spacecraft, joint 1
+//!   of its dynamically equivalent manipulator, which has none. N active joints, B degrees of freedom of the base.
 //! - *Tracking error* x̃ = [q̃̇; q̃]: measured minus desired, velocities first ([`TrackingError`]).
 //! - *Attenuation level* γ: the penalty ∫ x̃ᵀQx̃ + uᵀRu stays below γ² times the disturbance's ∫ ωᵀω, ω = T11 d (eq. 8).
 //! - *Control input* u = −R⁻¹BᵀT0x̃ (eq. 10): what the criterion weighs. The torque adds what the model or Φ supplies.
@@ -82,8 +82,7 @@
 //!
 //! # Not here
 //!
-//! Estimating velocities from encoder counts (`uarm-io`), training fuzzy sets (`anfis`), plants (`uarm-sim`), arms of other than two active
-//! joints.
+//! Estimating velocities from encoder counts (`uarm-io`), training fuzzy sets (`anfis`), plants (`uarm-sim`).
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -92,22 +91,24 @@
 )]
 
 pub mod adaptation;
+mod arm_model;
 mod attenuation;
 mod base_acceleration;
 mod catalogue;
 mod controller;
+mod derived_weights;
 mod disturbance;
 mod fuzzy_system;
 mod gains;
 mod indices;
+mod joint_regressor;
 mod law_definition;
 pub mod laws;
 mod limiter;
-mod model_coordinates;
 mod neural_network;
 mod nominal_model;
 mod reference;
-mod small_matrix;
+mod spectral;
 mod symmetric_weight;
 mod synthesis;
 mod synthesis_error;
@@ -117,9 +118,11 @@ mod weights;
 pub use dem_model;
 pub use nalgebra;
 
+pub use arm_model::{ArmModel, LinearModel, Momentum};
 pub use attenuation::ProvenAttenuation;
-pub use base_acceleration::{BaseAcceleration, UnsupportedBaseAcceleration};
+pub use base_acceleration::{AdaptiveBaseAcceleration, BaseAcceleration, UnsupportedBaseAcceleration};
 pub use controller::*;
+pub use derived_weights::{BOUND_ACCELERATION, ERROR_RATE, FASTEST_POLE, NoDerivedWeights};
 pub use disturbance::Disturbance;
 pub use fuzzy_system::{
     BellError, BellShape, FUZZY_PARAMETERS, Firing, FuzzyRegressor, FuzzySets, FuzzySystem, GeneralisedBell, RULES,
@@ -127,11 +130,12 @@ pub use fuzzy_system::{
 };
 pub use gains::{GainError, PdGains};
 pub use indices::PerformanceIndices;
+pub use joint_regressor::JointRegressor;
 pub use law_definition::{
-    AdaptationGuard, AdaptationSettings, BuildContext, BuildError, LawDefinition, LawVariant, PublishedIndices,
-    StateWeights, VariantOrigin,
+    AdaptationGuard, AdaptationSettings, BuildContext, BuildError, CatalogueModel, DerivedWeights, InertialScale,
+    LawDefinition, LawVariant, PaperArm, PaperWeights, PublishedIndices, StateWeights, VariantOrigin,
 };
-pub use laws::adaptive::{Adaptive, AdaptiveBaseAcceleration};
+pub use laws::adaptive::{Adaptive, SerialAdaptive};
 pub use laws::computed_torque::PdComputedTorque;
 pub use laws::fuzzy::Fuzzy;
 pub use laws::fuzzy_model::FuzzyModel;
@@ -140,11 +144,12 @@ pub use laws::neural_model::NeuralModel;
 pub use laws::nonlinear::NonlinearHInfinity;
 pub use laws::{AnyController, ControllerSettings, Law};
 pub use limiter::{LimitedTorque, TorqueLimitError, TorqueLimiter, TorqueLimits, TorqueNotFinite};
-pub use neural_network::{NETWORK_INPUTS, NETWORK_PARAMETERS, NEURONS, NetworkError, TanhNetworks};
+pub use neural_network::{HiddenLayer, NETWORK_QUANTITIES, NEURONS, NetworkError, TanhNetworks};
 pub use nominal_model::{NominalForm, NominalModel};
 pub use reference::{QuinticReference, ReferenceError};
+pub use spectral::MOST_JOINTS;
 pub use symmetric_weight::SymmetricWeight;
-pub use synthesis::{AuxiliaryMotion, Synthesis};
+pub use synthesis::{AuxiliaryMotion, StateWeight, Synthesis};
 pub use synthesis_error::SynthesisError;
 pub use tracking_error::TrackingError;
 pub use weights::{PAPER_ATTENUATION_LEVEL, WeightReading, Weights};

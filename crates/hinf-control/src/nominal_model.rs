@@ -1,16 +1,18 @@
 //! The nominal torque F, or its reduced form F̄, that a law can be given beside what it learns.
 //!
 //! - `active-joints`: F = M_mm x1 + C_mm x2 (paper eq. 7), the arm as if its base stood still.
-//! - `reduced`: F̄ = M̄ x1 + C̄ x2, the arm on a base that floats with zero angular momentum, the generalised inertia
-//!   M̄ = M_mm − M_mb M_bb⁻¹ M_bm and its own Christoffel matrix C̄. Beyond the paper; from rest it is exact.
+//! - `reduced`: F̄ = M̄ x1 + C̄ x2, the arm on a base that floats with zero momentum, the generalised inertia
+//!   M̄ = M_mm − M_mb M_bb⁻¹ M_bm and its own Coriolis matrix C̄. Beyond the paper; from rest it is exact.
+//! - `reduced-momentum`: F̄ = M̄ x1 + C̃ x2 + c_h at the momentum that the base velocity tells; in the plane
+//!   C̃ = C̄ + pG and c_h = p²g. Exact with any momentum.
 //!
-//! Neither reads anything of the base.
+//! The first two read nothing of the base.
 
+use crate::arm_model::{ArmModel, Momentum};
 use crate::base_acceleration::{BaseAcceleration, UnsupportedBaseAcceleration};
-use crate::model_coordinates::{arm_velocities, configuration};
 use crate::{AuxiliaryMotion, Measurement};
-use dem_model::{Scalar, ThreeLinkDem};
-use nalgebra::Vector2;
+use dem_model::Scalar;
+use nalgebra::SVector;
 
 /// Which nominal torque is meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -20,8 +22,10 @@ pub enum NominalForm {
     #[default]
     #[cfg_attr(feature = "serde", serde(alias = "paper"))]
     ActiveJoints,
-    /// F̄, our extension.
+    /// F̄ without momentum, our extension.
     Reduced,
+    /// F̄ at the measured momentum, our extension.
+    ReducedMomentum,
 }
 
 impl TryFrom<BaseAcceleration> for NominalForm {
@@ -32,42 +36,45 @@ impl TryFrom<BaseAcceleration> for NominalForm {
         match mode {
             BaseAcceleration::Omitted => Ok(Self::ActiveJoints),
             BaseAcceleration::Reduced => Ok(Self::Reduced),
-            found => {
-                Err(UnsupportedBaseAcceleration { found, expected: "omitted or reduced: the law reads no base data" })
-            }
+            BaseAcceleration::ReducedMomentum => Ok(Self::ReducedMomentum),
+            found @ (BaseAcceleration::Measured | BaseAcceleration::Eliminated) => Err(UnsupportedBaseAcceleration {
+                found,
+                expected: "omitted, reduced or reduced-momentum: the law reads no base acceleration",
+            }),
         }
     }
 }
 
 /// A manipulator's nominal parameters, and the form in which a law uses them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NominalModel<T: Scalar> {
-    model: ThreeLinkDem<T>,
+pub struct NominalModel<M> {
+    model: M,
     form: NominalForm,
 }
 
-impl<T: Scalar> NominalModel<T> {
+impl<M> NominalModel<M> {
     /// `model` in `form`.
-    pub fn new(model: ThreeLinkDem<T>, form: NominalForm) -> Self {
+    pub fn new(model: M, form: NominalForm) -> Self {
         Self { model, form }
     }
 
-    /// The nominal torque for `motion`, N·m.
-    pub fn torque(&self, measurement: &Measurement<T>, motion: &AuxiliaryMotion<T>) -> Vector2<T> {
-        let q = configuration(measurement);
+    /// The nominal torque for `motion`, N·m. Not finite where what it reads is not.
+    pub fn torque<T: Scalar, const N: usize, const B: usize>(
+        &self,
+        measurement: &Measurement<T, N, B>,
+        motion: &AuxiliaryMotion<T, N>,
+    ) -> SVector<T, N>
+    where
+        M: ArmModel<T, N, B>,
+    {
+        let reduced = |momentum| {
+            let torque = self.model.reduced_torque(measurement, motion, momentum);
+            torque.unwrap_or_else(|| SVector::repeat(T::constant(f64::NAN)))
+        };
         match self.form {
-            NominalForm::ActiveJoints => self
-                .model
-                .partition(&q, &arm_velocities(measurement))
-                .arm_torque(&motion.acceleration, &motion.velocity),
-            NominalForm::Reduced => {
-                let no_momentum = T::zero();
-                self.model.reduced(&q, &measurement.velocity).arm_torque(
-                    &motion.acceleration,
-                    &motion.velocity,
-                    no_momentum,
-                )
-            }
+            NominalForm::ActiveJoints => self.model.arm_torque(measurement, motion),
+            NominalForm::Reduced => reduced(Momentum::Zero),
+            NominalForm::ReducedMomentum => reduced(Momentum::Measured),
         }
     }
 }

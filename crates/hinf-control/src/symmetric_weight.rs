@@ -1,28 +1,29 @@
-//! A symmetric 2 × 2 weight as files write it.
+//! A symmetric weight as files write it.
 
 use dem_model::Scalar;
-use nalgebra::Matrix2;
+use nalgebra::SMatrix;
 
-/// A 2 × 2 symmetric weight. Whether it is symmetric and positive definite is checked by
+/// An N × N symmetric weight. Whether it is symmetric and positive definite is checked by
 /// [`Synthesis::new`](crate::Synthesis::new).
 ///
-/// With the feature `serde`: `[a, b]` or `[[a, c], [c, b]]`.
+/// With the feature `serde`: `[a, b]` or `[[a, c], [c, b]]` for two joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SymmetricWeight {
-    /// diag(a, b).
-    Diagonal([f64; 2]),
+pub enum SymmetricWeight<const N: usize = 2> {
+    /// diag(a, b, …).
+    Diagonal([f64; N]),
     /// The matrix, row by row.
-    Full([[f64; 2]; 2]),
+    Full([[f64; N]; N]),
 }
 
-impl SymmetricWeight {
+impl<const N: usize> SymmetricWeight<N> {
     /// The weight as a matrix.
-    pub fn matrix<T: Scalar>(&self) -> Matrix2<T> {
-        let [[a, b], [c, d]] = match *self {
-            Self::Diagonal([first, second]) => [[first, 0.0], [0.0, second]],
-            Self::Full(rows) => rows,
+    pub fn matrix<T: Scalar>(&self) -> SMatrix<T, N, N> {
+        let matrix = match *self {
+            Self::Diagonal(diagonal) => SMatrix::from_diagonal(&diagonal.into()),
+            // The rows are the columns of the transpose.
+            Self::Full(rows) => SMatrix::<f64, N, N>::from(rows).transpose(),
         };
-        Matrix2::new(T::constant(a), T::constant(b), T::constant(c), T::constant(d))
+        matrix.map(T::constant)
     }
 }
 
@@ -34,60 +35,86 @@ mod serialisation {
     use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
     use serde::ser::{Serialize, Serializer};
 
-    const EXPECTED: &str = "a diagonal [a, b] or a symmetric matrix [[a, c], [c, b]] of numbers";
+    /// What a weight for `N` joints looks like.
+    struct Expected<const N: usize>;
 
-    impl Serialize for SymmetricWeight {
+    impl<const N: usize> fmt::Display for Expected<N> {
+        fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+            if N == 2 {
+                formatter.write_str("a diagonal [a, b] or a symmetric matrix [[a, c], [c, b]] of numbers")
+            } else {
+                write!(formatter, "a diagonal of {N} numbers or a symmetric matrix of {N} rows of {N} numbers")
+            }
+        }
+    }
+
+    struct List<'a, S>(&'a [S]);
+
+    impl<S: Serialize> Serialize for List<'_, S> {
+        fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+            serializer.collect_seq(self.0)
+        }
+    }
+
+    impl<const N: usize> Serialize for SymmetricWeight<N> {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
             match self {
-                Self::Diagonal(diagonal) => diagonal.serialize(serializer),
-                Self::Full(rows) => rows.serialize(serializer),
+                Self::Diagonal(diagonal) => List(diagonal).serialize(serializer),
+                Self::Full(rows) => List(&rows.each_ref().map(|row| List(row))).serialize(serializer),
             }
         }
     }
 
     /// An element of the outer list.
-    enum Element {
+    #[derive(Clone, Copy)]
+    enum Element<const N: usize> {
         Number(f64),
-        Row([f64; 2]),
+        Row([f64; N]),
     }
 
-    fn pair<'de, A: SeqAccess<'de>, E: Deserialize<'de>>(mut list: A) -> Result<[E; 2], A::Error> {
-        let wrong = || A::Error::custom(format_args!("expected {EXPECTED}"));
-        let first = list.next_element()?.ok_or_else(wrong)?;
-        let second = list.next_element()?.ok_or_else(wrong)?;
+    /// Exactly `N` elements; `blank` is overwritten.
+    fn elements<'de, A: SeqAccess<'de>, E: Deserialize<'de> + Copy, const N: usize>(
+        mut list: A,
+        blank: E,
+    ) -> Result<[E; N], A::Error> {
+        let wrong = || A::Error::custom(format_args!("expected {}", Expected::<N>));
+        let mut elements = [blank; N];
+        for element in &mut elements {
+            *element = list.next_element()?.ok_or_else(wrong)?;
+        }
         match list.next_element::<serde::de::IgnoredAny>()? {
-            None => Ok([first, second]),
+            None => Ok(elements),
             Some(_) => Err(wrong()),
         }
     }
 
-    impl<'de> Deserialize<'de> for Element {
+    impl<'de, const N: usize> Deserialize<'de> for Element<N> {
         fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-            struct ElementVisitor;
+            struct ElementVisitor<const N: usize>;
 
-            impl<'de> Visitor<'de> for ElementVisitor {
-                type Value = Element;
+            impl<'de, const N: usize> Visitor<'de> for ElementVisitor<N> {
+                type Value = Element<N>;
 
                 fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                    formatter.write_str(EXPECTED)
+                    fmt::Display::fmt(&Expected::<N>, formatter)
                 }
 
-                fn visit_f64<E: Error>(self, value: f64) -> Result<Element, E> {
+                fn visit_f64<E: Error>(self, value: f64) -> Result<Element<N>, E> {
                     Ok(Element::Number(value))
                 }
 
                 #[allow(clippy::as_conversions)] // As serde reads whole numbers into f64.
-                fn visit_i64<E: Error>(self, value: i64) -> Result<Element, E> {
+                fn visit_i64<E: Error>(self, value: i64) -> Result<Element<N>, E> {
                     Ok(Element::Number(value as f64))
                 }
 
                 #[allow(clippy::as_conversions)] // As serde reads whole numbers into f64.
-                fn visit_u64<E: Error>(self, value: u64) -> Result<Element, E> {
+                fn visit_u64<E: Error>(self, value: u64) -> Result<Element<N>, E> {
                     Ok(Element::Number(value as f64))
                 }
 
-                fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Element, A::Error> {
-                    pair(list).map(Element::Row)
+                fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Element<N>, A::Error> {
+                    elements(list, 0.0).map(Element::Row)
                 }
             }
 
@@ -95,22 +122,30 @@ mod serialisation {
         }
     }
 
-    impl<'de> Deserialize<'de> for SymmetricWeight {
+    impl<'de, const N: usize> Deserialize<'de> for SymmetricWeight<N> {
         fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-            struct WeightVisitor;
+            struct WeightVisitor<const N: usize>;
 
-            impl<'de> Visitor<'de> for WeightVisitor {
-                type Value = SymmetricWeight;
+            impl<'de, const N: usize> Visitor<'de> for WeightVisitor<N> {
+                type Value = SymmetricWeight<N>;
 
                 fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                    formatter.write_str(EXPECTED)
+                    fmt::Display::fmt(&Expected::<N>, formatter)
                 }
 
-                fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<SymmetricWeight, A::Error> {
-                    match pair(list)? {
-                        [Element::Number(a), Element::Number(b)] => Ok(SymmetricWeight::Diagonal([a, b])),
-                        [Element::Row(first), Element::Row(second)] => Ok(SymmetricWeight::Full([first, second])),
-                        _ => Err(A::Error::custom(format_args!("expected {EXPECTED}"))),
+                fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<SymmetricWeight<N>, A::Error> {
+                    let elements: [Element<N>; N] = elements(list, Element::Number(0.0))?;
+                    let (mut numbers, mut rows, mut count) = ([0.0; N], [[0.0; N]; N], 0);
+                    for ((number, row), element) in numbers.iter_mut().zip(&mut rows).zip(elements) {
+                        match element {
+                            Element::Number(found) => *number = found,
+                            Element::Row(found) => (*row, count) = (found, count + 1),
+                        }
+                    }
+                    match count {
+                        0 => Ok(SymmetricWeight::Diagonal(numbers)),
+                        rows_found if rows_found == N => Ok(SymmetricWeight::Full(rows)),
+                        _ => Err(A::Error::custom(format_args!("expected {}", Expected::<N>))),
                     }
                 }
             }

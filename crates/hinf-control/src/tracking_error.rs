@@ -2,7 +2,7 @@
 
 use crate::{Measurement, Reference};
 use dem_model::Scalar;
-use nalgebra::{SVector, Vector4};
+use nalgebra::SVector;
 
 /// Measured minus desired motion of the active joints: x̃ of eq. 4.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +15,7 @@ pub struct TrackingError<T: Scalar, const N: usize = 2> {
 
 impl<T: Scalar, const N: usize> TrackingError<T, N> {
     /// The error of `measurement` against `reference`.
-    pub fn new(measurement: &Measurement<T, N>, reference: &Reference<T, N>) -> Self {
+    pub fn new<const B: usize>(measurement: &Measurement<T, N, B>, reference: &Reference<T, N>) -> Self {
         Self {
             velocity: measurement.velocity - reference.velocity,
             position: measurement.position - reference.position,
@@ -25,12 +25,5 @@ impl<T: Scalar, const N: usize> TrackingError<T, N> {
     /// ‖x̃‖², rad²/s² and rad² summed as the paper does.
     pub fn norm_squared(&self) -> T {
         self.velocity.norm_squared() + self.position.norm_squared()
-    }
-}
-
-impl<T: Scalar> TrackingError<T> {
-    /// x̃ of two joints as one vector, velocities first.
-    pub fn state(&self) -> Vector4<T> {
-        Vector4::new(self.velocity.x, self.velocity.y, self.position.x, self.position.y)
     }
 }

@@ -2,7 +2,7 @@
 //! [`ControllerSettings`](crate::ControllerSettings).
 
 use dem_model::Scalar;
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{SMatrix, SVector};
 
 /// How the numbers given for Q1 and Q2 are read.
 ///
@@ -22,15 +22,15 @@ pub enum WeightReading {
 ///
 /// Checked by [`Synthesis::new`](crate::Synthesis::new), which is the only reader.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Weights<T: Scalar> {
+pub struct Weights<T: Scalar, const N: usize = 2> {
     /// Weight of the velocity error q̃̇: Q1 or Q1ᵀQ1, as [`Weights::reading`] says.
-    pub velocity: Matrix2<T>,
+    pub velocity: SMatrix<T, N, N>,
     /// Weight of the position error q̃: Q2 or Q2ᵀQ2, as [`Weights::reading`] says.
-    pub position: Matrix2<T>,
+    pub position: SMatrix<T, N, N>,
     /// Cross weight Q12. Never a factor.
-    pub cross: Matrix2<T>,
+    pub cross: SMatrix<T, N, N>,
     /// Weight R of the control input u, symmetric, 0 < R < γ²I.
-    pub control: Matrix2<T>,
+    pub control: SMatrix<T, N, N>,
     /// Desired disturbance attenuation level γ > 0.
     pub attenuation_level: T,
     /// What [`Weights::velocity`] and [`Weights::position`] are.
@@ -40,20 +40,20 @@ pub struct Weights<T: Scalar> {
 /// γ of the paper's experiments (section 4).
 pub const PAPER_ATTENUATION_LEVEL: f64 = 2.0;
 
-impl<T: Scalar> Weights<T> {
+impl<T: Scalar, const N: usize> Weights<T, N> {
     /// Diagonal weights without cross weight.
     pub fn diagonal(
-        velocity: Vector2<T>,
-        position: Vector2<T>,
-        control: Vector2<T>,
+        velocity: SVector<T, N>,
+        position: SVector<T, N>,
+        control: SVector<T, N>,
         attenuation_level: T,
         reading: WeightReading,
     ) -> Self {
         Self {
-            velocity: Matrix2::from_diagonal(&velocity),
-            position: Matrix2::from_diagonal(&position),
-            cross: Matrix2::zeros(),
-            control: Matrix2::from_diagonal(&control),
+            velocity: SMatrix::from_diagonal(&velocity),
+            position: SMatrix::from_diagonal(&position),
+            cross: SMatrix::zeros(),
+            control: SMatrix::from_diagonal(&control),
             attenuation_level,
             reading,
         }

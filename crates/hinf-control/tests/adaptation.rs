@@ -6,13 +6,12 @@ use hinf_control::adaptation::{
     ParameterBox, ParameterEstimator, ParameterSet, ScalarWeight, WeightError,
 };
 use hinf_control::{
-    AdaptationStatus, BaseMeasurement, ControllerSettings, FUZZY_PARAMETERS, Law, Measurement, Reference, Synthesis,
-    ThawError,
+    AdaptationStatus, BaseMeasurement, ControllerSettings, Law, Measurement, Reference, Synthesis, ThawError,
 };
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
 
-type Estimator<Z> = ParameterEstimator<f64, 3, Z>;
+type Estimator<Z> = ParameterEstimator<f64, 3, 1, Z>;
 
 fn plain(initial: Vector3<f64>) -> Adaptation<f64, 3> {
     Adaptation::new(initial, ScalarWeight::new(2.0).unwrap()).unwrap()
@@ -20,12 +19,12 @@ fn plain(initial: Vector3<f64>) -> Adaptation<f64, 3> {
 
 /// One cycle whose output is nothing but this gradient.
 fn cycle<const P: usize, Z: AdaptationWeight<f64, P>>(
-    estimator: &mut ParameterEstimator<f64, P, Z>,
+    estimator: &mut ParameterEstimator<f64, P, 1, Z>,
     gradient: SVector<f64, P>,
     period: f64,
 ) -> AdaptationStatus {
     let rest = Vector2::zeros();
-    let base = BaseMeasurement { position: 0.0, velocity: 0.0, acceleration: 0.0 };
+    let base = BaseMeasurement::<f64>::at_rest();
     let measurement = Measurement { position: rest, velocity: rest, base };
     let reference = Reference { position: rest, velocity: rest, acceleration: rest };
     let output = AdaptiveOutput { torque: rest, control_input: rest, gradient, fell_back: false };
@@ -34,7 +33,7 @@ fn cycle<const P: usize, Z: AdaptationWeight<f64, P>>(
 
 /// Steps Φ once along −Z⁻¹·`gradient`.
 fn push<const P: usize, Z: AdaptationWeight<f64, P>>(
-    estimator: &mut ParameterEstimator<f64, P, Z>,
+    estimator: &mut ParameterEstimator<f64, P, 1, Z>,
     gradient: &SVector<f64, P>,
     period: f64,
 ) -> AdaptationStatus {
@@ -128,13 +127,14 @@ fn impossible_choices_are_refused() {
 }
 
 #[test]
-fn a_full_weight_of_a_fuzzy_law_is_inverted() {
-    let z = SMatrix::<f64, FUZZY_PARAMETERS, FUZZY_PARAMETERS>::from_fn(|row, column| {
+fn a_full_weight_of_many_parameters_is_inverted() {
+    const PARAMETERS: usize = 54;
+    let z = SMatrix::<f64, PARAMETERS, PARAMETERS>::from_fn(|row, column| {
         let distance = row.abs_diff(column);
         if distance == 0 { 3.0 } else { 1.0 / (1.0 + distance as f64 * distance as f64) }
     });
     let weight = FullWeight::new(&z).unwrap();
-    let vector = SVector::<f64, FUZZY_PARAMETERS>::from_fn(|row, _| (row as f64).sin());
+    let vector = SVector::<f64, PARAMETERS>::from_fn(|row, _| (row as f64).sin());
     assert_relative_eq!(z * weight.solve(&vector), vector, epsilon = 1e-13);
     assert_relative_eq!(weight.norm_squared(&vector), vector.dot(&(z * vector)), max_relative = 1e-13);
 }
@@ -224,9 +224,9 @@ proptest! {
 #[test]
 fn a_state_of_another_size_or_without_numbers_is_refused() {
     let mut estimator = Estimator::new(plain(Vector3::repeat(1.0)));
-    let other = hinf_control::FrozenState::new(&[1.0, 2.0]).unwrap();
+    let other = hinf_control::FrozenState::<f64>::new(&[1.0, 2.0]).unwrap();
     assert_eq!(estimator.thaw(&other), Err(ThawError::Size { expected: 7, found: 2 }));
-    let nan = hinf_control::FrozenState::new(&[f64::NAN; 7]).unwrap();
+    let nan = hinf_control::FrozenState::<f64>::new(&[f64::NAN; 7]).unwrap();
     assert_eq!(estimator.thaw(&nan), Err(ThawError::NotFinite));
     assert_eq!(*estimator.parameters(), Vector3::repeat(1.0));
 }

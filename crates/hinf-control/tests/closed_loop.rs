@@ -9,7 +9,7 @@ use hinf_control::{
     Adaptive, AdaptiveBaseAcceleration, BaseAcceleration, Controller, Firing, Fuzzy, FuzzySets, FuzzySystem, Law,
     Neural, NonlinearHInfinity, Synthesis, TanhNetworks, WeightReading, Weights,
 };
-use nalgebra::{Matrix2, SVector, Vector2};
+use nalgebra::{Matrix2, SMatrix, Vector2};
 use serde_json::Value;
 
 /// Two independent implementations agree to some 1e-13; the loop amplifies rounding a little.
@@ -38,8 +38,8 @@ fn design(case: &Value) -> Synthesis<f64> {
     .unwrap()
 }
 
-fn adaptation<const P: usize>(case: &Value) -> Adaptation<f64, P> {
-    let initial = SVector::from_column_slice(&numbers(&case["phi0"]));
+fn adaptation<const K: usize, const G: usize>(case: &Value) -> Adaptation<f64, K, G> {
+    let initial = SMatrix::from_column_slice(&numbers(&case["phi0"]));
     Adaptation::new(initial, ScalarWeight::new(case["Z"].as_f64().unwrap()).unwrap()).unwrap()
 }
 

@@ -13,7 +13,7 @@ use dem_model::{REGRESSOR_PARAMETERS, ThreeLinkDem};
 use hinf_control::adaptation::{Adaptation, FullWeight, ScalarWeight};
 use hinf_control::{
     Adaptive, AdaptiveBaseAcceleration, BaseAcceleration, Controller, FUZZY_PARAMETERS, Firing, Fuzzy, FuzzyModel,
-    FuzzySets, FuzzySystem, Law, Measurement, NETWORK_PARAMETERS, Neural, NeuralModel, NominalForm, NominalModel,
+    FuzzySets, FuzzySystem, JointRegressor, Law, Measurement, NEURONS, Neural, NeuralModel, NominalForm, NominalModel,
     NonlinearHInfinity, ProvenAttenuation, QuinticReference, Reference, Synthesis, TanhNetworks, TrackingError,
     WeightReading, Weights,
 };
@@ -40,7 +40,7 @@ fn nonlinear_sample(mode: BaseAcceleration, design: &Synthesis<f64>, situation: 
     let command = update(mode, &measurement);
     let accelerations = situation.accelerations(&model, &command.torque);
     if mode == BaseAcceleration::Measured {
-        assert_relative_eq!(accelerations.x, measurement.base.acceleration, max_relative = 1e-9, epsilon = 1e-9);
+        assert_relative_eq!(accelerations.x, measurement.base.acceleration.x, max_relative = 1e-9, epsilon = 1e-9);
     }
     situation.sample(&command, Vector2::new(accelerations.y, accelerations.z), mass, 0.0)
 }
@@ -56,27 +56,27 @@ fn scalar_t11(t: f64) -> Synthesis<f64> {
 }
 
 /// Φ̇ as the law takes it: what one second of it adds to Φ.
-fn parameter_rate<const P: usize>(
+fn parameter_rate<const K: usize, const G: usize>(
     law: &mut dyn Controller<f64>,
     again: impl Fn(&mut dyn Controller<f64>),
-) -> SVector<f64, P> {
-    let before = SVector::from_column_slice(law.parameters());
+) -> SMatrix<f64, K, G> {
+    let before = SMatrix::from_column_slice(law.parameters());
     again(law);
-    SVector::<f64, P>::from_column_slice(law.parameters()) - before
+    SMatrix::<f64, K, G>::from_column_slice(law.parameters()) - before
 }
 
-fn any_matrix<const P: usize>() -> impl Strategy<Value = SVector<f64, P>> {
-    prop::collection::vec(-1.0..1.0_f64, P).prop_map(|values| SVector::from_column_slice(&values))
+fn any_matrix<const K: usize, const G: usize>() -> impl Strategy<Value = SMatrix<f64, K, G>> {
+    prop::collection::vec(-1.0..1.0_f64, K * G).prop_map(|values| SMatrix::from_column_slice(&values))
 }
 
 /// A learning law on a plant whose unknown term is ΞΦ* exactly: M q̈ + C q̇ = τ + d − ΞΦ* (+ F where the law has no
 /// model of its own). `regressor` is Ξ, from the outside.
-fn learning_sample<const P: usize>(
+fn learning_sample<const K: usize>(
     law: &mut dyn Controller<f64>,
     design: &Synthesis<f64>,
     situation: &Situation,
-    regressor: &SMatrix<f64, 2, P>,
-    truth: &SVector<f64, P>,
+    regressor: &JointRegressor<f64, K, 2>,
+    truth: &SMatrix<f64, K, 2>,
     nominal: NominalPart,
     z: f64,
 ) -> Sample {
@@ -84,8 +84,8 @@ fn learning_sample<const P: usize>(
     let measurement = situation.state.measurement(f64::NAN);
     let command = law.update(&measurement, &situation.reference, 0.0);
     assert!(!command.adaptation.fell_back);
-    let estimate = SVector::<f64, P>::from_column_slice(law.parameters());
-    let rate: SVector<f64, P> = parameter_rate(law, |law| {
+    let estimate = SMatrix::<f64, K, 2>::from_column_slice(law.parameters());
+    let rate: SMatrix<f64, K, 2> = parameter_rate(law, |law| {
         law.update(&measurement, &situation.reference, 1.0);
     });
     let error = TrackingError::new(&measurement, &situation.reference);
@@ -94,27 +94,35 @@ fn learning_sample<const P: usize>(
         NominalPart::Learnt => NominalForm::ActiveJoints,
         NominalPart::Given(form) => form,
     };
+    let reduced = model.reduced(&situation.state.q, &situation.joint_velocity());
+    let momentum = match form {
+        NominalForm::ActiveJoints | NominalForm::Reduced => 0.0,
+        NominalForm::ReducedMomentum => {
+            let moved = (reduced.base_coupling * situation.joint_velocity()).x;
+            reduced.mass_bb * (situation.state.velocity.x + moved)
+        }
+    };
+    let momentum_torque = reduced.momentum_torque(momentum);
     let (inertia, coriolis) = match form {
         NominalForm::ActiveJoints => {
             let parts = model.partition(&situation.state.q, &situation.state.velocity);
             (arm_mass(&model, &situation.state), parts.coriolis_mm)
         }
-        NominalForm::Reduced => {
-            let reduced = model.reduced(&situation.state.q, &situation.joint_velocity());
-            (reduced_mass(&model, &situation.state), reduced.coriolis)
+        NominalForm::Reduced | NominalForm::ReducedMomentum => {
+            (reduced_mass(&model, &situation.state), reduced.coriolis_with_momentum(momentum))
         }
     };
     let known = match nominal {
         NominalPart::Learnt => inertia.value * motion.acceleration + coriolis * motion.velocity,
         NominalPart::Given(_) => Vector2::zeros(),
     };
-    let force = command.torque + situation.disturbance - regressor * truth + known;
+    let force = command.torque + situation.disturbance - regressor.torque(truth) - momentum_torque + known;
     let acceleration = inertia.value.try_inverse().unwrap() * (force - coriolis * situation.joint_velocity());
     // Each joint has parameters of its own, so that κ_k = c/t_k² makes the cross terms cancel for any diagonal T11.
     let gain = proven(design).storage_gain;
-    let storage_rate = (0..P).map(|index| {
-        let t = design.t11()[(index / (P / 2), index / (P / 2))];
-        gain / (t * t) * z * (estimate[index] - truth[index]) * rate[index]
+    let storage_rate = (0..2).map(|joint| {
+        let t = design.t11()[(joint, joint)];
+        gain / (t * t) * z * (estimate - truth).column(joint).dot(&rate.column(joint))
     });
     situation.sample(&command, acceleration, inertia, storage_rate.sum())
 }
@@ -160,7 +168,7 @@ proptest! {
 
     #[test]
     fn adaptive_with_the_true_base_acceleration_and_scalar_t11(
-        situation in situation(), t in 0.5..3.0_f64, deviation in any_matrix::<6>(), root in prop::collection::vec(-1.0..1.0_f64, 36)
+        situation in situation(), t in 0.5..3.0_f64, deviation in any_matrix::<6, 1>(), root in prop::collection::vec(-1.0..1.0_f64, 36)
     ) {
         let model = ThreeLinkDem::table_2();
         let design = scalar_t11(t);
@@ -191,7 +199,7 @@ proptest! {
 
     #[test]
     fn neural_laws_where_the_unknown_is_theirs_to_learn(
-        situation in situation(), truth in any_matrix::<NETWORK_PARAMETERS>(), estimate in any_matrix::<NETWORK_PARAMETERS>()
+        situation in situation(), truth in any_matrix::<NEURONS, 2>(), estimate in any_matrix::<NEURONS, 2>()
     ) {
         let networks = TanhNetworks::paper();
         let measurement = situation.state.measurement(f64::NAN);
@@ -206,7 +214,7 @@ proptest! {
         }
 
         let design = table_3(Law::NeuralModel, WeightReading::Blocks);
-        for form in [NominalForm::ActiveJoints, NominalForm::Reduced] {
+        for form in [NominalForm::ActiveJoints, NominalForm::Reduced, NominalForm::ReducedMomentum] {
             let nominal = NominalModel::new(ThreeLinkDem::table_2(), form);
             for situation in situation.clone().with_worst(&design, &proven(&design)) {
                 let mut law = NeuralModel::new(nominal, design, networks, adaptation(100.0));
@@ -218,13 +226,13 @@ proptest! {
 
     #[test]
     fn fuzzy_laws_where_the_unknown_is_theirs_to_learn(
-        situation in situation(), truth in any_matrix::<FUZZY_PARAMETERS>(), estimate in any_matrix::<FUZZY_PARAMETERS>(),
+        situation in situation(), truth in any_matrix::<FUZZY_PARAMETERS, 2>(), estimate in any_matrix::<FUZZY_PARAMETERS, 2>(),
         product in prop::bool::ANY
     ) {
         let firing = if product { Firing::Product } else { Firing::Minimum };
         let system = FuzzySystem::new(FuzzySets::untrained(), firing);
         let error = TrackingError::new(&situation.state.measurement(f64::NAN), &situation.reference);
-        let regressor = system.regressor(&error).matrix;
+        let regressor = system.regressor(&error).regressor;
         let adaptation = |z| Adaptation::new(estimate, ScalarWeight::new(z).unwrap()).unwrap();
 
         let design = table_3(Law::Fuzzy, WeightReading::Blocks);
@@ -235,7 +243,7 @@ proptest! {
         }
 
         let design = table_3(Law::FuzzyModel, WeightReading::Blocks);
-        for form in [NominalForm::ActiveJoints, NominalForm::Reduced] {
+        for form in [NominalForm::ActiveJoints, NominalForm::Reduced, NominalForm::ReducedMomentum] {
             let nominal = NominalModel::new(ThreeLinkDem::table_2(), form);
             for situation in situation.clone().with_worst(&design, &proven(&design)) {
                 let mut law = FuzzyModel::new(nominal, design, system, adaptation(20.0));
@@ -280,8 +288,7 @@ fn ratio(
         let disturbance = push(time + period / 2.0);
         let measurement = state.measurement(f64::NAN);
         let command = law.update(&measurement, &desired, period);
-        let error = TrackingError::new(&measurement, &desired).state();
-        penalty += error.dot(&(design.state_weight() * error));
+        penalty += design.state_weight().penalty(&TrackingError::new(&measurement, &desired));
         penalty += command.control_input.dot(&(design.control_weight() * command.control_input));
         energy += (design.t11() * disturbance).norm_squared();
         let joint = command.torque + disturbance;

@@ -33,11 +33,11 @@ impl Controller<f64, 3> for ConstantTorque {
         self.0.reset();
     }
 
-    fn freeze(&self) -> FrozenState<f64> {
+    fn freeze(&self) -> FrozenState<f64, 3> {
         self.0.freeze()
     }
 
-    fn thaw(&mut self, state: &FrozenState<f64>) -> Result<(), ThawError> {
+    fn thaw(&mut self, state: &FrozenState<f64, 3>) -> Result<(), ThawError> {
         self.0.thaw(state)
     }
 }
@@ -51,7 +51,7 @@ fn a_law_for_three_joints_runs_between_reference_and_limiter() {
     // The velocity peaks in the middle at 15/8 of the mean.
     let desired = reference.at(1.0);
     assert_eq!(desired.velocity, Vector3::new(1.0, 2.0, 3.0) / 2.0 * 1.875);
-    let base = BaseMeasurement { position: 0.0, velocity: 0.0, acceleration: 0.0 };
+    let base = BaseMeasurement::at_rest();
     let measurement = Measurement { position: desired.position, velocity: Vector3::zeros(), base };
     let command = law.update(&measurement, &desired, 0.0);
     assert_eq!(command.torque, desired.velocity);

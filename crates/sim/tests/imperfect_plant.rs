@@ -48,11 +48,8 @@ fn run(law: Law, counts_per_revolution: u32, bandwidth: f64) -> Outcome {
     for k in 0..CYCLES {
         let last = core::mem::replace(&mut position, measured(&plant));
         rate += ((position - last) / period - rate) * smoothing;
-        let measurement = Measurement {
-            position: position.yz(),
-            velocity: rate.yz(),
-            base: BaseMeasurement { position: position.x, velocity: rate.x, acceleration: 0.0 },
-        };
+        let measurement =
+            Measurement { position: position.yz(), velocity: rate.yz(), base: BaseMeasurement::planar(rate.x, 0.0) };
         let wanted = reference.at(f64::from(k) * period);
         let elapsed = if k == 0 { 0.0 } else { period };
         let torque = controller.update(&measurement, &wanted, elapsed).torque;

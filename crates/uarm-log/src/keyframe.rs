@@ -1,7 +1,7 @@
 //! Keyframes as messages of `/keyframes`, and back.
 
 use uarm_loop::estimation::JointState;
-use uarm_loop::hinf_control::{FrozenState, STATE_CAPACITY};
+use uarm_loop::hinf_control::FrozenState;
 use uarm_loop::keyframe::{Approach, Keyframe};
 use uarm_loop::plausibility::Trend;
 use uarm_loop::supervision::decision::Suspicion;
@@ -129,7 +129,7 @@ pub fn state<const J: usize, const N: usize>(
     let controller = FrozenState::new(&message.controller).ok_or(ShapeError {
         field: "Keyframe.controller",
         found: message.controller.len(),
-        expected: STATE_CAPACITY,
+        expected: FrozenState::<f64, N>::CAPACITY,
     })?;
     Ok(Keyframe {
         controller,
@@ -227,7 +227,7 @@ mod tests {
 
     prop_compose! {
         fn any_keyframe()(
-            controller in prop::collection::vec(any::<f64>(), 0..=STATE_CAPACITY),
+            controller in prop::collection::vec(any::<f64>(), 0..=FrozenState::<f64>::CAPACITY),
             joints in prop::array::uniform3(any_joint()),
             [torque, output, saturation] in any::<[[f64; 2]; 3]>(),
             supervision in prop::option::of(any_supervision()),

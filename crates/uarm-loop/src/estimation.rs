@@ -296,11 +296,10 @@ impl<const J: usize> Estimate<J> {
         Measurement {
             position: dimensions::active(&self.position()),
             velocity: dimensions::active(&self.velocity()),
-            base: BaseMeasurement {
-                position: dimensions::base(&self.position()),
-                velocity: dimensions::base(&self.velocity()),
-                acceleration: dimensions::base(&self.joints.each_ref().map(|joint| joint.acceleration)),
-            },
+            base: BaseMeasurement::planar(
+                dimensions::base(&self.velocity()),
+                dimensions::base(&self.joints.each_ref().map(|joint| joint.acceleration)),
+            ),
         }
     }
 

@@ -13,7 +13,7 @@ use crate::task_clock::TaskClockState;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keyframe<const J: usize, const N: usize> {
     /// The law: Φ and its derivative.
-    pub controller: FrozenState<f64>,
+    pub controller: FrozenState<f64, N>,
     /// Encoders and estimators of the joints.
     pub joints: [JointState; J],
     /// The law's torque limiter: the torque applied last, N·m.

@@ -172,7 +172,7 @@ impl<const J: usize, const N: usize> CycleRecord<J, N> {
             measured_position: estimate.measured,
             position: estimate.position(),
             velocity: estimate.velocity(),
-            base_acceleration: measurement.base.acceleration,
+            base_acceleration: measurement.base.acceleration.x,
             reference_position: reference.position.into(),
             reference_velocity: reference.velocity.into(),
             reference_acceleration: reference.acceleration.into(),

@@ -43,6 +43,25 @@ impl<T: Scalar, const N: usize, const B: usize> SerialDynamics<T, N, B> {
         mass.fill_lower_triangle_with_upper_triangle();
         mass
     }
+
+    /// The arm's reduced dynamics in `state`, with Ω as a function of A.
+    fn reduced(
+        &self,
+        state: &SerialState<T, N, B>,
+        drift: impl FnOnce(&SMatrix<T, B, N>) -> SVector<T, B>,
+    ) -> Option<SerialReduced<T, N, B>> {
+        let coupling = self.base_coupling()?;
+        // NᵀC, its columns of the base and of the arm.
+        let of_base = self.coriolis_mb - coupling.tr_mul(&self.coriolis_bb);
+        let of_arm = self.coriolis_mm - coupling.tr_mul(&self.coriolis_bm);
+        Some(SerialReduced {
+            mass: self.generalised_inertia(&coupling),
+            coriolis: of_arm - of_base * coupling,
+            momentum_torque: of_base * drift(&coupling),
+            base_coupling: coupling,
+            base_velocity: state.base_velocity,
+        })
+    }
 }
 
 impl<T: Scalar, const N: usize, const B: usize> SerialManipulator<T, N, B>
@@ -60,21 +79,14 @@ where
         let mut state = SerialState { position: *position, velocity: *velocity, base_velocity: SVector::zeros() };
         let locked = self.dynamics(&state);
         let base_inertia = locked.mass_bb.cholesky()?;
-        let coupling = base_inertia.solve(&locked.mass_bm);
         let drift = base_inertia.solve(momentum);
-        state.base_velocity = drift - coupling * velocity;
+        state.base_velocity = drift - base_inertia.solve(&locked.mass_bm) * velocity;
+        self.dynamics(&state).reduced(&state, |_| drift)
+    }
 
-        let dynamics = self.dynamics(&state);
-        // NᵀC, its columns of the base and of the arm.
-        let of_base = dynamics.coriolis_mb - coupling.tr_mul(&dynamics.coriolis_bb);
-        let of_arm = dynamics.coriolis_mm - coupling.tr_mul(&dynamics.coriolis_bm);
-        Some(SerialReduced {
-            mass: dynamics.generalised_inertia(&coupling),
-            coriolis: of_arm - of_base * coupling,
-            momentum_torque: of_base * drift,
-            base_coupling: coupling,
-            base_velocity: state.base_velocity,
-        })
+    /// The arm's reduced dynamics in a `state`, at the momentum that its base velocity tells. None if a value is not finite.
+    pub fn reduced_at(&self, state: &SerialState<T, N, B>) -> Option<SerialReduced<T, N, B>> {
+        self.dynamics(state).reduced(state, |coupling| state.base_velocity + coupling * state.velocity)
     }
 
     /// The acceleration [v̇_b; q̈_m] under the torques τ_b on the base and τ_m on the joints: M v̇ = τ − C v. v̇_b is the

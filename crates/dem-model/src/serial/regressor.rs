@@ -50,6 +50,17 @@ impl<T: Scalar, const N: usize, const B: usize> SerialManipulator<T, N, B> {
         self.links.map(|link| link.moments.parameters())
     }
 
+    /// The same arm with other inertial parameters of its links, as a law estimates them. Nothing is checked: they need not
+    /// belong to any manipulator.
+    #[must_use]
+    pub fn with_inertial_parameters(&self, parameters: &[SVector<T, LINK_PARAMETERS>; N]) -> Self {
+        let mut estimate = *self;
+        for (link, parameters) in estimate.links.iter_mut().zip(parameters) {
+            link.moments = Moments::from_parameters(parameters);
+        }
+        estimate
+    }
+
     /// Ξ with F = M_mm `x1` + C_mm `x2` = Σ Ξ_i Φ_i, the base locked, for joints at `position` and `velocity` (rad and rad/s;
     /// m and m/s where they slide). The rows are N·m for `x1` in rad/s² and `x2` in rad/s.
     pub fn regressor(

@@ -90,19 +90,32 @@ impl<T: Scalar> Partition<T> {
     /// The joint torque τ = M̄ q̈_m + h̄ in N·m with q̈_m = M_mm⁻¹(τ̄ − C_mm q̇_m) (eqs. 20 and 21), which puts the base's
     /// effect on to the torque τ̄ = `arm_torque` in N·m of a law that knows the arm only; velocities in rad/s.
     ///
-    /// `None` where M_mm or M_bb is singular or something is not finite. That cannot happen to a [`ThreeLinkDem`] in
-    /// a finite state, but to estimated parameters.
+    /// `None` where M_mm or M_bb is not positive definite, beyond rounding, or something is not finite. That cannot happen to
+    /// a [`ThreeLinkDem`] in a finite state, but to estimated parameters.
     pub fn base_compensated_torque(
         &self,
         arm_torque: &Vector2<T>,
         base_velocity: T,
         joint_velocity: &Vector2<T>,
     ) -> Option<Vector2<T>> {
-        let acceleration = self.mass_mm.lu().solve(&(arm_torque - self.coriolis_mm * joint_velocity))?;
+        if !(self.mass_bb > T::zero() && is_positive_definite(&self.mass_mm)) {
+            return None;
+        }
         let EliminatedBase { mass, bias } = self.eliminate_base(base_velocity, joint_velocity);
+        let acceleration = self.mass_mm.lu().solve(&(arm_torque - self.coriolis_mm * joint_velocity))?;
         let torque = mass * acceleration + bias;
         (torque.x.is_finite() && torque.y.is_finite()).then_some(torque)
     }
+}
+
+/// Roundings of the product of the diagonal that a determinant has to exceed: it is a difference of such products.
+const ROUNDINGS: f64 = 16.0;
+
+/// Whether a symmetric matrix is positive definite, and not by rounding alone. Free of the scale of each joint.
+fn is_positive_definite<T: Scalar>(matrix: &Matrix2<T>) -> bool {
+    let diagonal = matrix.m11 * matrix.m22;
+    let margin = T::default_epsilon() * T::constant(ROUNDINGS);
+    matrix.m11 > T::zero() && matrix.m22 > T::zero() && diagonal - matrix.m12 * matrix.m21 > diagonal * margin
 }
 
 impl<T: Scalar> InertialParameters<T> {

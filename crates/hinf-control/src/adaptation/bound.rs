@@ -29,7 +29,7 @@
 
 use super::weight::AdaptationWeight;
 use dem_model::Scalar;
-use nalgebra::SVector;
+use nalgebra::SMatrix;
 
 /// Why a set, or a Φ(0) for it, is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -57,17 +57,17 @@ pub enum BoundError {
 
 /// All Φ with ‖Φ − c‖_Z ≤ r: a ball in the metric of Z, an ellipsoid in that of Euclid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ball<T: Scalar, const P: usize> {
-    centre: SVector<T, P>,
+pub struct Ball<T: Scalar, const K: usize, const G: usize = 1> {
+    centre: SMatrix<T, K, G>,
     radius: T,
 }
 
-impl<T: Scalar, const P: usize> Ball<T, P> {
+impl<T: Scalar, const K: usize, const G: usize> Ball<T, K, G> {
     /// The ball with that centre and that radius in the metric of Z.
     ///
     /// # Errors
     /// [`BoundError::Radius`] or [`BoundError::NotFinite`].
-    pub fn new(centre: SVector<T, P>, radius: T) -> Result<Self, BoundError> {
+    pub fn new(centre: SMatrix<T, K, G>, radius: T) -> Result<Self, BoundError> {
         if !(radius.is_finite() && radius > T::zero()) {
             return Err(BoundError::Radius { found: radius.to_f64() });
         }
@@ -78,7 +78,7 @@ impl<T: Scalar, const P: usize> Ball<T, P> {
     }
 
     /// Its centre.
-    pub fn centre(&self) -> &SVector<T, P> {
+    pub fn centre(&self) -> &SMatrix<T, K, G> {
         &self.centre
     }
 
@@ -90,17 +90,17 @@ impl<T: Scalar, const P: usize> Ball<T, P> {
 
 /// All Φ with lower ≤ Φ ≤ upper, element by element.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ParameterBox<T: Scalar, const P: usize> {
-    lower: SVector<T, P>,
-    upper: SVector<T, P>,
+pub struct ParameterBox<T: Scalar, const K: usize, const G: usize = 1> {
+    lower: SMatrix<T, K, G>,
+    upper: SMatrix<T, K, G>,
 }
 
-impl<T: Scalar, const P: usize> ParameterBox<T, P> {
+impl<T: Scalar, const K: usize, const G: usize> ParameterBox<T, K, G> {
     /// The box between two corners.
     ///
     /// # Errors
     /// [`BoundError::Empty`] or [`BoundError::NotFinite`].
-    pub fn new(lower: SVector<T, P>, upper: SVector<T, P>) -> Result<Self, BoundError> {
+    pub fn new(lower: SMatrix<T, K, G>, upper: SMatrix<T, K, G>) -> Result<Self, BoundError> {
         if !(is_finite(&lower) && is_finite(&upper)) {
             return Err(BoundError::NotFinite);
         }
@@ -111,28 +111,28 @@ impl<T: Scalar, const P: usize> ParameterBox<T, P> {
     }
 
     /// The smallest allowed parameters.
-    pub fn lower(&self) -> &SVector<T, P> {
+    pub fn lower(&self) -> &SMatrix<T, K, G> {
         &self.lower
     }
 
     /// The largest allowed parameters.
-    pub fn upper(&self) -> &SVector<T, P> {
+    pub fn upper(&self) -> &SMatrix<T, K, G> {
         &self.upper
     }
 }
 
 /// A closed convex set of parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ParameterSet<T: Scalar, const P: usize> {
+pub enum ParameterSet<T: Scalar, const K: usize, const G: usize = 1> {
     /// A ball in the metric of Z.
-    Ball(Ball<T, P>),
+    Ball(Ball<T, K, G>),
     /// A box.
-    Box(ParameterBox<T, P>),
+    Box(ParameterBox<T, K, G>),
 }
 
-impl<T: Scalar, const P: usize> ParameterSet<T, P> {
+impl<T: Scalar, const K: usize, const G: usize> ParameterSet<T, K, G> {
     /// Whether the set, border and all, holds `parameters`.
-    pub fn contains(&self, parameters: &SVector<T, P>, weight: &impl AdaptationWeight<T, P>) -> bool {
+    pub fn contains(&self, parameters: &SMatrix<T, K, G>, weight: &impl AdaptationWeight<T, K, G>) -> bool {
         match self {
             Self::Ball(ball) => weight.norm_squared(&(parameters - ball.centre)) <= ball.radius * ball.radius,
             Self::Box(bounds) => bounds.clamp(parameters) == *parameters,
@@ -140,7 +140,7 @@ impl<T: Scalar, const P: usize> ParameterSet<T, P> {
     }
 
     /// Whether the inside of the set holds `parameters`.
-    pub fn contains_inside(&self, parameters: &SVector<T, P>, weight: &impl AdaptationWeight<T, P>) -> bool {
+    pub fn contains_inside(&self, parameters: &SMatrix<T, K, G>, weight: &impl AdaptationWeight<T, K, G>) -> bool {
         match self {
             Self::Ball(ball) => weight.norm_squared(&(parameters - ball.centre)) < ball.radius * ball.radius,
             Self::Box(bounds) => {
@@ -153,7 +153,11 @@ impl<T: Scalar, const P: usize> ParameterSet<T, P> {
     }
 
     /// The point of the set nearest to `parameters` in the metric of Z. For a box, Z must be separable.
-    pub(super) fn nearest(&self, parameters: &SVector<T, P>, weight: &impl AdaptationWeight<T, P>) -> SVector<T, P> {
+    pub(super) fn nearest(
+        &self,
+        parameters: &SMatrix<T, K, G>,
+        weight: &impl AdaptationWeight<T, K, G>,
+    ) -> SMatrix<T, K, G> {
         match self {
             Self::Ball(ball) => ball.nearest(parameters, weight),
             Self::Box(bounds) => bounds.clamp(parameters),
@@ -161,20 +165,20 @@ impl<T: Scalar, const P: usize> ParameterSet<T, P> {
     }
 }
 
-impl<T: Scalar, const P: usize> Ball<T, P> {
-    fn nearest(&self, parameters: &SVector<T, P>, weight: &impl AdaptationWeight<T, P>) -> SVector<T, P> {
+impl<T: Scalar, const K: usize, const G: usize> Ball<T, K, G> {
+    fn nearest(&self, parameters: &SMatrix<T, K, G>, weight: &impl AdaptationWeight<T, K, G>) -> SMatrix<T, K, G> {
         let offset = parameters - self.centre;
         let distance = weight.norm_squared(&offset).sqrt();
         if distance > self.radius { self.centre + offset * (self.radius / distance) } else { *parameters }
     }
 }
 
-impl<T: Scalar, const P: usize> ParameterBox<T, P> {
-    fn clamp(&self, parameters: &SVector<T, P>) -> SVector<T, P> {
+impl<T: Scalar, const K: usize, const G: usize> ParameterBox<T, K, G> {
+    fn clamp(&self, parameters: &SMatrix<T, K, G>) -> SMatrix<T, K, G> {
         parameters.zip_zip_map(&self.lower, &self.upper, |value, lower, upper| value.max(lower).min(upper))
     }
 }
 
-pub(super) fn is_finite<T: Scalar, const P: usize>(parameters: &SVector<T, P>) -> bool {
+pub(super) fn is_finite<T: Scalar, const K: usize, const G: usize>(parameters: &SMatrix<T, K, G>) -> bool {
     parameters.iter().all(|parameter| parameter.is_finite())
 }

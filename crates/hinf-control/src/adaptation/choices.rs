@@ -3,7 +3,7 @@
 use super::bound::{Ball, BoundError, ParameterBox, ParameterSet, is_finite};
 use super::weight::{AdaptationWeight, ScalarWeight, SeparableWeight};
 use dem_model::Scalar;
-use nalgebra::SVector;
+use nalgebra::SMatrix;
 
 /// Whether Φ stands still while the torque is limited.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,13 +18,14 @@ pub enum AntiWindup {
 
 /// What is done about the set that Φ should stay in.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Bound<T: Scalar, const P: usize> {
+pub(super) enum Bound<T: Scalar, const K: usize, const G: usize> {
     None,
-    Alarm(ParameterSet<T, P>),
-    Project(ParameterSet<T, P>),
+    Alarm(ParameterSet<T, K, G>),
+    Project(ParameterSet<T, K, G>),
 }
 
-/// The choices of an adaptive law with P parameters: Φ(0), Z, bounds, anti-windup.
+/// The choices of an adaptive law: Φ(0), Z, bounds, anti-windup. Φ has G groups of K parameters, one below the other: a group
+/// for each joint, or for each link; with G = 1 it is a plain vector.
 ///
 /// ```
 /// use hinf_control::adaptation::{Adaptation, AntiWindup, Ball, ScalarWeight};
@@ -37,19 +38,19 @@ pub(super) enum Bound<T: Scalar, const P: usize> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Adaptation<T: Scalar, const P: usize, Z = ScalarWeight<T>> {
-    pub(super) initial: SVector<T, P>,
+pub struct Adaptation<T: Scalar, const K: usize, const G: usize = 1, Z = ScalarWeight<T>> {
+    pub(super) initial: SMatrix<T, K, G>,
     pub(super) weight: Z,
-    pub(super) bound: Bound<T, P>,
+    pub(super) bound: Bound<T, K, G>,
     pub(super) anti_windup: AntiWindup,
 }
 
-impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> Adaptation<T, P, Z> {
+impl<T: Scalar, const K: usize, const G: usize, Z: AdaptationWeight<T, K, G>> Adaptation<T, K, G, Z> {
     /// The paper's: integration from Φ(0) = `initial` with the weight Z, nothing else.
     ///
     /// # Errors
     /// [`BoundError::NotFinite`] if `initial` is not finite.
-    pub fn new(initial: SVector<T, P>, weight: Z) -> Result<Self, BoundError> {
+    pub fn new(initial: SMatrix<T, K, G>, weight: Z) -> Result<Self, BoundError> {
         if is_finite(&initial) {
             Ok(Self { initial, weight, bound: Bound::None, anti_windup: AntiWindup::Off })
         } else {
@@ -61,7 +62,7 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> Adaptation<T, P, Z> {
     ///
     /// # Errors
     /// [`BoundError::InitialOutside`] if Φ(0) is not in `set`.
-    pub fn with_alarm_at(self, set: ParameterSet<T, P>) -> Result<Self, BoundError> {
+    pub fn with_alarm_at(self, set: ParameterSet<T, K, G>) -> Result<Self, BoundError> {
         self.check_initial(&set)?;
         Ok(Self { bound: Bound::Alarm(set), ..self })
     }
@@ -70,7 +71,7 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> Adaptation<T, P, Z> {
     ///
     /// # Errors
     /// [`BoundError::InitialOutside`] if Φ(0) is not in `ball`.
-    pub fn projected_onto_ball(self, ball: Ball<T, P>) -> Result<Self, BoundError> {
+    pub fn projected_onto_ball(self, ball: Ball<T, K, G>) -> Result<Self, BoundError> {
         let set = ParameterSet::Ball(ball);
         self.check_initial(&set)?;
         Ok(Self { bound: Bound::Project(set), ..self })
@@ -80,9 +81,9 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> Adaptation<T, P, Z> {
     ///
     /// # Errors
     /// [`BoundError::InitialOutside`] if Φ(0) is not in `bounds`.
-    pub fn projected_onto_box(self, bounds: ParameterBox<T, P>) -> Result<Self, BoundError>
+    pub fn projected_onto_box(self, bounds: ParameterBox<T, K, G>) -> Result<Self, BoundError>
     where
-        Z: SeparableWeight<T, P>,
+        Z: SeparableWeight<T, K, G>,
     {
         let set = ParameterSet::Box(bounds);
         self.check_initial(&set)?;
@@ -96,7 +97,7 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> Adaptation<T, P, Z> {
     }
 
     /// Φ(0).
-    pub fn initial(&self) -> &SVector<T, P> {
+    pub fn initial(&self) -> &SMatrix<T, K, G> {
         &self.initial
     }
 
@@ -105,7 +106,7 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> Adaptation<T, P, Z> {
         &self.weight
     }
 
-    fn check_initial(&self, set: &ParameterSet<T, P>) -> Result<(), BoundError> {
+    fn check_initial(&self, set: &ParameterSet<T, K, G>) -> Result<(), BoundError> {
         if set.contains(&self.initial, &self.weight) { Ok(()) } else { Err(BoundError::InitialOutside) }
     }
 }

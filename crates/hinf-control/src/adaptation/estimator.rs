@@ -5,17 +5,17 @@ use super::choices::{Adaptation, AntiWindup, Bound};
 use super::weight::{AdaptationWeight, ScalarWeight};
 use crate::{AdaptationStatus, Command, FrozenState, LimitedJoints, Measurement, Reference, ThawError, is_usable};
 use dem_model::Scalar;
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
-/// What an adaptive law with P parameters computes in one cycle.
+/// What an adaptive law with G groups of K parameters computes in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AdaptiveOutput<T: Scalar, const P: usize, const N: usize = 2> {
+pub struct AdaptiveOutput<T: Scalar, const N: usize, const K: usize, const G: usize = 1> {
     /// Joint torques τ_m, N·m, before any limit.
     pub torque: SVector<T, N>,
     /// The H∞ control input u of eq. 10.
     pub control_input: SVector<T, N>,
     /// ΞᵀT11ᵀBᵀT0x̃, of which Φ̇ = −Z⁻¹·gradient (eqs. 18, 30, 36, 42, 45).
-    pub gradient: SVector<T, P>,
+    pub gradient: SMatrix<T, K, G>,
     /// A part of the law was replaced by the substitute that the law documents; reported in
     /// [`AdaptationStatus::fell_back`].
     pub fell_back: bool,
@@ -25,30 +25,29 @@ pub struct AdaptiveOutput<T: Scalar, const P: usize, const N: usize = 2> {
 ///
 /// A law does all of its work in [`cycle`](Self::cycle), and passes on what the limiter did to [`limited`](Self::limited).
 #[derive(Clone, Debug, PartialEq)]
-pub struct ParameterEstimator<T: Scalar, const P: usize, Z = ScalarWeight<T>> {
-    adaptation: Adaptation<T, P, Z>,
-    parameters: SVector<T, P>,
+pub struct ParameterEstimator<T: Scalar, const K: usize, const G: usize = 1, Z = ScalarWeight<T>> {
+    adaptation: Adaptation<T, K, G, Z>,
+    parameters: SMatrix<T, K, G>,
     /// Φ̇ of the last cycle.
-    rate: SVector<T, P>,
+    rate: SMatrix<T, K, G>,
     /// Φ stands still over the coming step: by anti-windup, or because the law was told so.
     held: bool,
 }
 
-impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> ParameterEstimator<T, P, Z> {
+impl<T: Scalar, const K: usize, const G: usize, Z: AdaptationWeight<T, K, G>> ParameterEstimator<T, K, G, Z> {
     /// At Φ(0), at rest.
-    pub fn new(adaptation: Adaptation<T, P, Z>) -> Self {
-        const { assert!(2 * P < crate::STATE_CAPACITY, "the state must fit into FrozenState") };
+    pub fn new(adaptation: Adaptation<T, K, G, Z>) -> Self {
         let parameters = adaptation.initial;
-        Self { adaptation, parameters, rate: SVector::zeros(), held: false }
+        Self { adaptation, parameters, rate: SMatrix::zeros(), held: false }
     }
 
     /// The choices it was built with.
-    pub fn adaptation(&self) -> &Adaptation<T, P, Z> {
+    pub fn adaptation(&self) -> &Adaptation<T, K, G, Z> {
         &self.adaptation
     }
 
     /// Φ.
-    pub fn parameters(&self) -> &SVector<T, P> {
+    pub fn parameters(&self) -> &SMatrix<T, K, G> {
         &self.parameters
     }
 
@@ -58,12 +57,12 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> ParameterEstimator<T,
     /// Without usable inputs ([`is_usable`]), and wherever the stepped Φ, the output or Φ̇ is not
     /// finite, the cycle is void: [`Command::fallback`] is returned, Φ is what it was before the cycle, and Φ̇ is zero, so
     /// that Φ stands still over the coming step too.
-    pub fn cycle<const N: usize>(
+    pub fn cycle<const N: usize, const B: usize>(
         &mut self,
-        measurement: &Measurement<T, N>,
+        measurement: &Measurement<T, N, B>,
         reference: &Reference<T, N>,
         period: T,
-        law: impl FnOnce(&SVector<T, P>) -> AdaptiveOutput<T, P, N>,
+        law: impl FnOnce(&SMatrix<T, K, G>) -> AdaptiveOutput<T, N, K, G>,
     ) -> Command<T, N> {
         if !is_usable(measurement, reference, period) {
             return self.fall_back();
@@ -123,7 +122,8 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> ParameterEstimator<T,
     }
 
     /// Φ, then Φ̇, then 1 if Φ is held over the coming step and 0 if not.
-    pub fn freeze(&self) -> FrozenState<T> {
+    pub fn freeze<const N: usize>(&self) -> FrozenState<T, N> {
+        const { assert!(2 * K * G < FrozenState::<T, N>::CAPACITY, "the state must fit into FrozenState") };
         let held = if self.held { T::one() } else { T::zero() };
         FrozenState::gather(self.parameters.iter().chain(self.rate.iter()).copied().chain([held]))
     }
@@ -132,24 +132,24 @@ impl<T: Scalar, const P: usize, Z: AdaptationWeight<T, P>> ParameterEstimator<T,
     ///
     /// # Errors
     /// [`ThawError`] if the state has another size, or holds a number that is not finite.
-    pub fn thaw(&mut self, state: &FrozenState<T>) -> Result<(), ThawError> {
+    pub fn thaw<const N: usize>(&mut self, state: &FrozenState<T, N>) -> Result<(), ThawError> {
         let values = state.values();
-        let (expected, found) = (2 * P + 1, values.len());
+        let (expected, found) = (2 * K * G + 1, values.len());
         if found != expected {
             return Err(ThawError::Size { expected, found });
         }
         if !values.iter().all(|value| value.is_finite()) {
             return Err(ThawError::NotFinite);
         }
-        let (vectors, held) = values.split_at(2 * P);
-        let (parameters, rate) = vectors.split_at(P);
+        let (vectors, held) = values.split_at(2 * K * G);
+        let (parameters, rate) = vectors.split_at(K * G);
         self.parameters.copy_from_slice(parameters);
         self.rate.copy_from_slice(rate);
         self.held = held.contains(&T::one());
         Ok(())
     }
 
-    fn bounded(&self, parameters: SVector<T, P>) -> SVector<T, P> {
+    fn bounded(&self, parameters: SMatrix<T, K, G>) -> SMatrix<T, K, G> {
         match &self.adaptation.bound {
             Bound::Project(set) => set.nearest(&parameters, &self.adaptation.weight),
             Bound::None | Bound::Alarm(_) => parameters,

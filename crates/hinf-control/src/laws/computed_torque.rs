@@ -9,52 +9,65 @@
 use super::state::has_no_state;
 use crate::NominalForm;
 use crate::gains::PdGains;
-use crate::law_definition::{BuildContext, BuildError, LawDefinition};
+use crate::arm_model::ArmModel;
+use crate::law_definition::{BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition};
+use crate::{BaseAcceleration, UnsupportedBaseAcceleration};
 use crate::{AdaptationStatus, Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
 use crate::{AuxiliaryMotion, NominalModel};
-use dem_model::Scalar;
+use dem_model::{Scalar, ThreeLinkDem};
 
-/// Settings of the law.
+/// Settings of the law for N joints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Settings {
+pub struct Settings<const N: usize = 2> {
     /// F or F̄.
     pub model_form: NominalForm,
 }
 
-impl LawDefinition for Settings {
+impl<const N: usize> LawDefinition<N> for Settings<N> {
     const NAME: &'static str = "computed-torque";
     const DESCRIPTION: &'static str = "PD+ with the computed torque of the nominal model (baseline, not in the paper)";
 
-    type Controller<T: Scalar> = PdComputedTorque<T>;
+    type Controller<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>> = PdComputedTorque<T, N, B, M>;
 
-    fn build<T: Scalar>(
+    fn derived(_: &DerivedWeights<N>) -> Self {
+        Self { model_form: NominalForm::Reduced }
+    }
+
+    fn build<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>>(
         &self,
-        synthesis: Synthesis<T>,
-        context: &BuildContext<T>,
-    ) -> Result<PdComputedTorque<T>, BuildError> {
-        let nominal = NominalModel::new(context.model, self.model_form);
+        synthesis: Synthesis<T, N>,
+        context: &BuildContext<T, M>,
+    ) -> Result<PdComputedTorque<T, N, B, M>, BuildError> {
+        let nominal = NominalModel::new(context.model.clone(), self.model_form);
         Ok(PdComputedTorque::new(nominal, PdGains::matching(&synthesis)?))
+    }
+
+    fn set_base_acceleration(&mut self, mode: BaseAcceleration) -> Result<(), UnsupportedBaseAcceleration> {
+        self.model_form = mode.try_into()?;
+        Ok(())
     }
 }
 
 /// The PD+ baseline.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PdComputedTorque<T: Scalar> {
-    nominal: NominalModel<T>,
-    gains: PdGains<T>,
+pub struct PdComputedTorque<T: Scalar, const N: usize = 2, const B: usize = 1, M = ThreeLinkDem<T>> {
+    nominal: NominalModel<M>,
+    gains: PdGains<T, N>,
 }
 
-impl<T: Scalar> PdComputedTorque<T> {
+impl<T: Scalar, const N: usize, const B: usize, M: ArmModel<T, N, B>> PdComputedTorque<T, N, B, M> {
     /// The law for a nominal model.
-    pub fn new(nominal: NominalModel<T>, gains: PdGains<T>) -> Self {
+    pub fn new(nominal: NominalModel<M>, gains: PdGains<T, N>) -> Self {
         Self { nominal, gains }
     }
 }
 
-impl<T: Scalar> Controller<T> for PdComputedTorque<T> {
+impl<T: Scalar, const N: usize, const B: usize, M: ArmModel<T, N, B>> Controller<T, N, B>
+    for PdComputedTorque<T, N, B, M>
+{
     /// [`Command::control_input`] is −K_d q̃̇ − K_p q̃.
-    fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T> {
+    fn update(&mut self, measurement: &Measurement<T, N, B>, reference: &Reference<T, N>, period: T) -> Command<T, N> {
         let adaptation = AdaptationStatus::default();
         if !is_usable(measurement, reference, period) {
             return Command::fallback(adaptation);
@@ -66,5 +79,5 @@ impl<T: Scalar> Controller<T> for PdComputedTorque<T> {
         Command { torque, control_input, adaptation }.or_fallback()
     }
 
-    has_no_state!(T);
+    has_no_state!(T, N);
 }

@@ -1,6 +1,6 @@
 //! Controller 5: adaptive fuzzy nonlinear H∞ control without a model (paper section 3.3, first approach).
 //!
-//! F + E − δ is approximated by H = ΞΦ (eq. 41), Ξ = diag(ξ_1ᵀ, ξ_2ᵀ), ξ_k the firing strengths of nine Takagi–Sugeno rules
+//! F + E − δ is approximated by H = ΞΦ (eq. 41), Ξ = diag(ξ_1ᵀ, …, ξ_Nᵀ), ξ_k the firing strengths of nine Takagi–Sugeno rules
 //! over (q̃̇_k, q̃_k), each times [1, q̃̇_k, q̃_k] (eqs. 38–40):
 //!
 //! - Φ̇ = −Z⁻¹Ξᵀ T11ᵀBᵀT0x̃ (eq. 42),
@@ -12,22 +12,23 @@
 use super::state::state_is_its_estimators;
 use crate::adaptation::{Adaptation, AdaptationWeight, AdaptiveOutput, ParameterEstimator, ScalarWeight};
 use crate::law_definition::{
-    AdaptationSettings, BuildContext, BuildError, LawDefinition, PublishedIndices, StateWeights,
+    AdaptationSettings, BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition, PaperArm, PaperWeights,
+    PublishedIndices, StateWeights,
 };
 use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError};
-use crate::{FUZZY_PARAMETERS, FuzzySystem};
+use crate::{FUZZY_PARAMETERS, FuzzyRegressor, FuzzySystem};
 use crate::{Firing, SymmetricWeight};
 use dem_model::Scalar;
-use nalgebra::SVector;
+use nalgebra::SMatrix;
 
 /// Settings of the law. The default is Table 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Settings {
+pub struct Settings<const N: usize = 2> {
     /// Weight of the velocity error.
-    pub q1: SymmetricWeight,
+    pub q1: SymmetricWeight<N>,
     /// Weight of the position error.
-    pub q2: SymmetricWeight,
+    pub q2: SymmetricWeight<N>,
     /// z of Z = zI, positive.
     pub z: f64,
     /// How far each parameter may go from its start under [`AdaptationGuard::Bounded`](crate::AdaptationGuard::Bounded).
@@ -37,11 +38,14 @@ pub struct Settings {
     pub firing: Firing,
 }
 
-impl Default for Settings {
+impl<const N: usize> Default for Settings<N>
+where
+    PaperArm: PaperWeights<N>,
+{
     fn default() -> Self {
         Self {
-            q1: SymmetricWeight::Diagonal([1.0, 1.0]),
-            q2: SymmetricWeight::Diagonal([9.0, 7.0]),
+            q1: PaperArm::diagonal([1.0, 1.0]),
+            q2: PaperArm::diagonal([9.0, 7.0]),
             z: 0.8,
             bound: 1.0,
             firing: Firing::Minimum,
@@ -49,21 +53,30 @@ impl Default for Settings {
     }
 }
 
-impl LawDefinition for Settings {
+impl<const N: usize> LawDefinition<N> for Settings<N> {
     const NAME: &'static str = "fuzzy";
     const DESCRIPTION: &'static str = "adaptive fuzzy nonlinear H-infinity control, no model";
     const PUBLISHED_INDICES: Option<PublishedIndices> = Some(PublishedIndices { tracking: 0.034, torque: 0.1563 });
 
-    type Controller<T: Scalar> = Fuzzy<T>;
+    type Controller<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>> = Fuzzy<T, N, B>;
 
-    fn build<T: Scalar>(&self, synthesis: Synthesis<T>, context: &BuildContext<T>) -> Result<Fuzzy<T>, BuildError> {
+    fn derived(weights: &DerivedWeights<N>) -> Self {
+        let AdaptationSettings { z, bound } = weights.rules;
+        Self { q1: weights.state.q1, q2: weights.state.q2, z, bound, firing: Firing::Minimum }
+    }
+
+    fn build<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>>(
+        &self,
+        synthesis: Synthesis<T, N>,
+        context: &BuildContext<T, M>,
+    ) -> Result<Fuzzy<T, N, B>, BuildError> {
         let settings = AdaptationSettings { z: self.z, bound: self.bound };
-        let adaptation = context.adaptation(SVector::zeros(), settings)?;
+        let adaptation = context.adaptation(SMatrix::zeros(), settings)?;
         let system = FuzzySystem::new(context.fuzzy_sets, self.firing);
         Ok(Fuzzy::new(synthesis, system, adaptation))
     }
 
-    fn state_weights(&self) -> Option<StateWeights> {
+    fn state_weights(&self) -> Option<StateWeights<N>> {
         Some(StateWeights { q1: self.q1, q2: self.q2 })
     }
 
@@ -78,37 +91,39 @@ impl LawDefinition for Settings {
 
 /// Controller 5. The paper starts it at Φ = 0.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fuzzy<T: Scalar, Z = ScalarWeight<T>> {
-    synthesis: Synthesis<T>,
+pub struct Fuzzy<T: Scalar, const N: usize = 2, const B: usize = 1, Z = ScalarWeight<T>> {
+    synthesis: Synthesis<T, N>,
     system: FuzzySystem<T>,
-    estimator: ParameterEstimator<T, FUZZY_PARAMETERS, Z>,
+    estimator: ParameterEstimator<T, FUZZY_PARAMETERS, N, Z>,
 }
 
-impl<T: Scalar, Z: AdaptationWeight<T, FUZZY_PARAMETERS>> Fuzzy<T, Z> {
+impl<T: Scalar, const N: usize, const B: usize, Z: AdaptationWeight<T, FUZZY_PARAMETERS, N>> Fuzzy<T, N, B, Z> {
     /// The law with these premises.
     pub fn new(
-        synthesis: Synthesis<T>,
+        synthesis: Synthesis<T, N>,
         system: FuzzySystem<T>,
-        adaptation: Adaptation<T, FUZZY_PARAMETERS, Z>,
+        adaptation: Adaptation<T, FUZZY_PARAMETERS, N, Z>,
     ) -> Self {
         Self { synthesis, system, estimator: ParameterEstimator::new(adaptation) }
     }
 }
 
-impl<T: Scalar, Z: AdaptationWeight<T, FUZZY_PARAMETERS>> Controller<T> for Fuzzy<T, Z> {
-    fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T> {
+impl<T: Scalar, const N: usize, const B: usize, Z: AdaptationWeight<T, FUZZY_PARAMETERS, N>> Controller<T, N, B>
+    for Fuzzy<T, N, B, Z>
+{
+    fn update(&mut self, measurement: &Measurement<T, N, B>, reference: &Reference<T, N>, period: T) -> Command<T, N> {
         let Self { synthesis, system, estimator } = self;
         estimator.cycle(measurement, reference, period, |parameters| {
             let error = TrackingError::new(measurement, reference);
-            let regressor = system.regressor(&error);
+            let FuzzyRegressor { regressor, fell_back } = system.regressor(&error);
             AdaptiveOutput {
-                torque: regressor.matrix * parameters + synthesis.feedback_torque(&error),
+                torque: regressor.torque(parameters) + synthesis.feedback_torque(&error),
                 control_input: synthesis.control_input(&error),
-                gradient: regressor.matrix.tr_mul(&synthesis.adaptation_signal(&error)),
-                fell_back: regressor.fell_back,
+                gradient: regressor.gradient(&synthesis.adaptation_signal(&error)),
+                fell_back,
             }
         })
     }
 
-    state_is_its_estimators!(T);
+    state_is_its_estimators!(T, N);
 }

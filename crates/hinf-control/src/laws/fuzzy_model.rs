@@ -5,29 +5,30 @@
 //! - Φ̇ = −Z⁻¹Ξᵀ T11ᵀBᵀT0x̃ (eq. 45),
 //! - τ_m = F + ΞΦ − T11⁻¹R⁻¹BᵀT0x̃ (eq. 46).
 //!
-//! With [`NominalForm::Reduced`] F̄ stands in the place of F (ours). No base data in either
-//! form.
+//! With [`NominalForm::Reduced`] F̄ stands in the place of F (ours), without base data either; with
+//! [`NominalForm::ReducedMomentum`] it takes the momentum from the base velocity.
 
 use super::state::state_is_its_estimators;
 use crate::adaptation::{Adaptation, AdaptationWeight, AdaptiveOutput, ParameterEstimator, ScalarWeight};
+use crate::arm_model::ArmModel;
 use crate::law_definition::{
-    AdaptationSettings, BuildContext, BuildError, LawDefinition, LawVariant, PublishedIndices, StateWeights,
-    VariantOrigin,
+    AdaptationSettings, BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition, LawVariant, PaperArm,
+    PaperWeights, PublishedIndices, StateWeights, VariantOrigin,
 };
 use crate::{BaseAcceleration, Firing, NominalForm, SymmetricWeight, UnsupportedBaseAcceleration};
 use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError};
-use crate::{FUZZY_PARAMETERS, FuzzySystem, NominalModel};
-use dem_model::Scalar;
-use nalgebra::SVector;
+use crate::{FUZZY_PARAMETERS, FuzzyRegressor, FuzzySystem, NominalModel};
+use dem_model::{Scalar, ThreeLinkDem};
+use nalgebra::SMatrix;
 
 /// Settings of the law. The default is Table 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Settings {
+pub struct Settings<const N: usize = 2> {
     /// Weight of the velocity error.
-    pub q1: SymmetricWeight,
+    pub q1: SymmetricWeight<N>,
     /// Weight of the position error.
-    pub q2: SymmetricWeight,
+    pub q2: SymmetricWeight<N>,
     /// z of Z = zI, positive.
     pub z: f64,
     /// How far each parameter may go from its start under [`AdaptationGuard::Bounded`](crate::AdaptationGuard::Bounded).
@@ -39,11 +40,14 @@ pub struct Settings {
     pub model_form: NominalForm,
 }
 
-impl Default for Settings {
+impl<const N: usize> Default for Settings<N>
+where
+    PaperArm: PaperWeights<N>,
+{
     fn default() -> Self {
         Self {
-            q1: SymmetricWeight::Diagonal([4.0, 4.0]),
-            q2: SymmetricWeight::Diagonal([25.0, 7.0]),
+            q1: PaperArm::diagonal([4.0, 4.0]),
+            q2: PaperArm::diagonal([25.0, 7.0]),
             z: 20.0,
             bound: 0.3,
             firing: Firing::Minimum,
@@ -52,7 +56,7 @@ impl Default for Settings {
     }
 }
 
-impl LawDefinition for Settings {
+impl<const N: usize> LawDefinition<N> for Settings<N> {
     const NAME: &'static str = "fuzzy-model";
     const DESCRIPTION: &'static str = "adaptive fuzzy nonlinear H-infinity control beside the nominal model";
     const PUBLISHED_INDICES: Option<PublishedIndices> = Some(PublishedIndices { tracking: 0.0318, torque: 0.1788 });
@@ -62,21 +66,26 @@ impl LawDefinition for Settings {
         origin: VariantOrigin::Extension,
     }];
 
-    type Controller<T: Scalar> = FuzzyModel<T>;
+    type Controller<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>> = FuzzyModel<T, N, B, M>;
 
-    fn build<T: Scalar>(
+    fn derived(weights: &DerivedWeights<N>) -> Self {
+        let AdaptationSettings { z, bound } = weights.rules;
+        Self { q1: weights.state.q1, q2: weights.state.q2, z, bound, firing: Firing::Minimum, model_form: NominalForm::Reduced }
+    }
+
+    fn build<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>>(
         &self,
-        synthesis: Synthesis<T>,
-        context: &BuildContext<T>,
-    ) -> Result<FuzzyModel<T>, BuildError> {
+        synthesis: Synthesis<T, N>,
+        context: &BuildContext<T, M>,
+    ) -> Result<FuzzyModel<T, N, B, M>, BuildError> {
         let settings = AdaptationSettings { z: self.z, bound: self.bound };
-        let adaptation = context.adaptation(SVector::zeros(), settings)?;
-        let nominal = NominalModel::new(context.model, self.model_form);
+        let adaptation = context.adaptation(SMatrix::zeros(), settings)?;
+        let nominal = NominalModel::new(context.model.clone(), self.model_form);
         let system = FuzzySystem::new(context.fuzzy_sets, self.firing);
         Ok(FuzzyModel::new(nominal, synthesis, system, adaptation))
     }
 
-    fn state_weights(&self) -> Option<StateWeights> {
+    fn state_weights(&self) -> Option<StateWeights<N>> {
         Some(StateWeights { q1: self.q1, q2: self.q2 })
     }
 
@@ -96,42 +105,50 @@ impl LawDefinition for Settings {
 
 /// Controller 6. The paper starts it at Φ = 0.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FuzzyModel<T: Scalar, Z = ScalarWeight<T>> {
-    nominal: NominalModel<T>,
-    synthesis: Synthesis<T>,
+pub struct FuzzyModel<T: Scalar, const N: usize = 2, const B: usize = 1, M = ThreeLinkDem<T>, Z = ScalarWeight<T>> {
+    nominal: NominalModel<M>,
+    synthesis: Synthesis<T, N>,
     system: FuzzySystem<T>,
-    estimator: ParameterEstimator<T, FUZZY_PARAMETERS, Z>,
+    estimator: ParameterEstimator<T, FUZZY_PARAMETERS, N, Z>,
 }
 
-impl<T: Scalar, Z: AdaptationWeight<T, FUZZY_PARAMETERS>> FuzzyModel<T, Z> {
+impl<T: Scalar, const N: usize, const B: usize, M, Z> FuzzyModel<T, N, B, M, Z>
+where
+    M: ArmModel<T, N, B>,
+    Z: AdaptationWeight<T, FUZZY_PARAMETERS, N>,
+{
     /// The law with these premises beside `nominal`.
     pub fn new(
-        nominal: NominalModel<T>,
-        synthesis: Synthesis<T>,
+        nominal: NominalModel<M>,
+        synthesis: Synthesis<T, N>,
         system: FuzzySystem<T>,
-        adaptation: Adaptation<T, FUZZY_PARAMETERS, Z>,
+        adaptation: Adaptation<T, FUZZY_PARAMETERS, N, Z>,
     ) -> Self {
         Self { nominal, synthesis, system, estimator: ParameterEstimator::new(adaptation) }
     }
 }
 
-impl<T: Scalar, Z: AdaptationWeight<T, FUZZY_PARAMETERS>> Controller<T> for FuzzyModel<T, Z> {
-    fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T> {
+impl<T: Scalar, const N: usize, const B: usize, M, Z> Controller<T, N, B> for FuzzyModel<T, N, B, M, Z>
+where
+    M: ArmModel<T, N, B>,
+    Z: AdaptationWeight<T, FUZZY_PARAMETERS, N>,
+{
+    fn update(&mut self, measurement: &Measurement<T, N, B>, reference: &Reference<T, N>, period: T) -> Command<T, N> {
         let Self { nominal, synthesis, system, estimator } = self;
         estimator.cycle(measurement, reference, period, |parameters| {
             let error = TrackingError::new(measurement, reference);
             let motion = synthesis.auxiliary_motion(reference, &error);
-            let regressor = system.regressor(&error);
+            let FuzzyRegressor { regressor, fell_back } = system.regressor(&error);
             AdaptiveOutput {
                 torque: nominal.torque(measurement, &motion)
-                    + regressor.matrix * parameters
+                    + regressor.torque(parameters)
                     + synthesis.feedback_torque(&error),
                 control_input: synthesis.control_input(&error),
-                gradient: regressor.matrix.tr_mul(&synthesis.adaptation_signal(&error)),
-                fell_back: regressor.fell_back,
+                gradient: regressor.gradient(&synthesis.adaptation_signal(&error)),
+                fell_back,
             }
         })
     }
 
-    state_is_its_estimators!(T);
+    state_is_its_estimators!(T, N);
 }

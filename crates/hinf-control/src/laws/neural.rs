@@ -1,6 +1,6 @@
 //! Controller 3: adaptive neural network nonlinear H∞ control without a model (paper section 3.2, first approach).
 //!
-//! F + E − δ is approximated by H = ΞΦ (eq. 25), Ξ = diag(ξ_1ᵀ, ξ_2ᵀ), ξ_k = tanh(W_k xe + b_k) (eqs. 22–24), over
+//! F + E − δ is approximated by H = ΞΦ (eq. 25), Ξ = diag(ξ_1ᵀ, …, ξ_Nᵀ), ξ_k = tanh(W_k xe + b_k) (eqs. 22–24), over
 //! xe = [q_m, q̇_m, qᵈ, q̇ᵈ, q̈ᵈ] (eq. 26):
 //!
 //! - Φ̇ = −Z⁻¹Ξᵀ T11ᵀBᵀT0x̃ (eq. 30),
@@ -12,21 +12,22 @@ use super::state::state_is_its_estimators;
 use crate::SymmetricWeight;
 use crate::adaptation::{Adaptation, AdaptationWeight, AdaptiveOutput, ParameterEstimator, ScalarWeight};
 use crate::law_definition::{
-    AdaptationSettings, BuildContext, BuildError, LawDefinition, PublishedIndices, StateWeights,
+    AdaptationSettings, BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition, PaperArm, PaperWeights,
+    PublishedIndices, StateWeights,
 };
 use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError};
-use crate::{NETWORK_PARAMETERS, TanhNetworks};
+use crate::{NEURONS, TanhNetworks};
 use dem_model::Scalar;
-use nalgebra::SVector;
+use nalgebra::SMatrix;
 
 /// Settings of the law. The default is Table 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Settings {
+pub struct Settings<const N: usize = 2> {
     /// Weight of the velocity error.
-    pub q1: SymmetricWeight,
+    pub q1: SymmetricWeight<N>,
     /// Weight of the position error.
-    pub q2: SymmetricWeight,
+    pub q2: SymmetricWeight<N>,
     /// z of Z = zI, positive.
     pub z: f64,
     /// How far each parameter may go from its start under [`AdaptationGuard::Bounded`](crate::AdaptationGuard::Bounded).
@@ -34,31 +35,43 @@ pub struct Settings {
     pub bound: f64,
 }
 
-impl Default for Settings {
+impl<const N: usize> Default for Settings<N>
+where
+    PaperArm: PaperWeights<N>,
+{
     fn default() -> Self {
         Self {
-            q1: SymmetricWeight::Diagonal([0.64, 0.64]),
-            q2: SymmetricWeight::Diagonal([9.0, 7.0]),
+            q1: PaperArm::diagonal([0.64, 0.64]),
+            q2: PaperArm::diagonal([9.0, 7.0]),
             z: 10.0,
             bound: 0.1,
         }
     }
 }
 
-impl LawDefinition for Settings {
+impl<const N: usize> LawDefinition<N> for Settings<N> {
     const NAME: &'static str = "neural";
     const DESCRIPTION: &'static str = "adaptive neural network nonlinear H-infinity control, no model";
     const PUBLISHED_INDICES: Option<PublishedIndices> = Some(PublishedIndices { tracking: 0.0317, torque: 0.1322 });
 
-    type Controller<T: Scalar> = Neural<T>;
+    type Controller<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>> = Neural<T, N, B>;
 
-    fn build<T: Scalar>(&self, synthesis: Synthesis<T>, context: &BuildContext<T>) -> Result<Neural<T>, BuildError> {
+    fn derived(weights: &DerivedWeights<N>) -> Self {
+        let AdaptationSettings { z, bound } = weights.networks;
+        Self { q1: weights.state.q1, q2: weights.state.q2, z, bound }
+    }
+
+    fn build<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>>(
+        &self,
+        synthesis: Synthesis<T, N>,
+        context: &BuildContext<T, M>,
+    ) -> Result<Neural<T, N, B>, BuildError> {
         let settings = AdaptationSettings { z: self.z, bound: self.bound };
-        let adaptation = context.adaptation(SVector::zeros(), settings)?;
+        let adaptation = context.adaptation(SMatrix::zeros(), settings)?;
         Ok(Neural::new(synthesis, TanhNetworks::paper(), adaptation))
     }
 
-    fn state_weights(&self) -> Option<StateWeights> {
+    fn state_weights(&self) -> Option<StateWeights<N>> {
         Some(StateWeights { q1: self.q1, q2: self.q2 })
     }
 
@@ -69,37 +82,39 @@ impl LawDefinition for Settings {
 
 /// Controller 3. The paper starts it at Φ = 0.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Neural<T: Scalar, Z = ScalarWeight<T>> {
-    synthesis: Synthesis<T>,
-    networks: TanhNetworks<T>,
-    estimator: ParameterEstimator<T, NETWORK_PARAMETERS, Z>,
+pub struct Neural<T: Scalar, const N: usize = 2, const B: usize = 1, Z = ScalarWeight<T>> {
+    synthesis: Synthesis<T, N>,
+    networks: TanhNetworks<T, N>,
+    estimator: ParameterEstimator<T, NEURONS, N, Z>,
 }
 
-impl<T: Scalar, Z: AdaptationWeight<T, NETWORK_PARAMETERS>> Neural<T, Z> {
+impl<T: Scalar, const N: usize, const B: usize, Z: AdaptationWeight<T, NEURONS, N>> Neural<T, N, B, Z> {
     /// The law with these hidden layers.
     pub fn new(
-        synthesis: Synthesis<T>,
-        networks: TanhNetworks<T>,
-        adaptation: Adaptation<T, NETWORK_PARAMETERS, Z>,
+        synthesis: Synthesis<T, N>,
+        networks: TanhNetworks<T, N>,
+        adaptation: Adaptation<T, NEURONS, N, Z>,
     ) -> Self {
         Self { synthesis, networks, estimator: ParameterEstimator::new(adaptation) }
     }
 }
 
-impl<T: Scalar, Z: AdaptationWeight<T, NETWORK_PARAMETERS>> Controller<T> for Neural<T, Z> {
-    fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T> {
+impl<T: Scalar, const N: usize, const B: usize, Z: AdaptationWeight<T, NEURONS, N>> Controller<T, N, B>
+    for Neural<T, N, B, Z>
+{
+    fn update(&mut self, measurement: &Measurement<T, N, B>, reference: &Reference<T, N>, period: T) -> Command<T, N> {
         let Self { synthesis, networks, estimator } = self;
         estimator.cycle(measurement, reference, period, |parameters| {
             let error = TrackingError::new(measurement, reference);
             let regressor = networks.regressor(measurement, reference);
             AdaptiveOutput {
-                torque: regressor * parameters + synthesis.feedback_torque(&error),
+                torque: regressor.torque(parameters) + synthesis.feedback_torque(&error),
                 control_input: synthesis.control_input(&error),
-                gradient: regressor.tr_mul(&synthesis.adaptation_signal(&error)),
+                gradient: regressor.gradient(&synthesis.adaptation_signal(&error)),
                 fell_back: false,
             }
         })
     }
 
-    state_is_its_estimators!(T);
+    state_is_its_estimators!(T, N);
 }

@@ -7,28 +7,30 @@
 //! - τ_m = F + ΞΦ − T11⁻¹R⁻¹BᵀT0x̃ (eq. 37).
 //!
 //! With [`NominalForm::Reduced`] F̄ stands in the place of F (ours), and the networks are left
-//! with what is truly unknown. No base data in either form.
+//! with what is truly unknown; no base data in either form. [`NominalForm::ReducedMomentum`] takes the momentum from the
+//! base velocity.
 
 use super::state::state_is_its_estimators;
 use crate::adaptation::{Adaptation, AdaptationWeight, AdaptiveOutput, ParameterEstimator, ScalarWeight};
+use crate::arm_model::ArmModel;
 use crate::law_definition::{
-    AdaptationSettings, BuildContext, BuildError, LawDefinition, LawVariant, PublishedIndices, StateWeights,
-    VariantOrigin,
+    AdaptationSettings, BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition, LawVariant, PaperArm,
+    PaperWeights, PublishedIndices, StateWeights, VariantOrigin,
 };
 use crate::{BaseAcceleration, NominalForm, SymmetricWeight, UnsupportedBaseAcceleration};
 use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError};
-use crate::{NETWORK_PARAMETERS, NominalModel, TanhNetworks};
-use dem_model::Scalar;
-use nalgebra::SVector;
+use crate::{NEURONS, NominalModel, TanhNetworks};
+use dem_model::{Scalar, ThreeLinkDem};
+use nalgebra::SMatrix;
 
 /// Settings of the law. The default is Table 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Settings {
+pub struct Settings<const N: usize = 2> {
     /// Weight of the velocity error.
-    pub q1: SymmetricWeight,
+    pub q1: SymmetricWeight<N>,
     /// Weight of the position error.
-    pub q2: SymmetricWeight,
+    pub q2: SymmetricWeight<N>,
     /// z of Z = zI, positive.
     pub z: f64,
     /// How far each parameter may go from its start under [`AdaptationGuard::Bounded`](crate::AdaptationGuard::Bounded).
@@ -38,11 +40,14 @@ pub struct Settings {
     pub model_form: NominalForm,
 }
 
-impl Default for Settings {
+impl<const N: usize> Default for Settings<N>
+where
+    PaperArm: PaperWeights<N>,
+{
     fn default() -> Self {
         Self {
-            q1: SymmetricWeight::Diagonal([4.0, 4.0]),
-            q2: SymmetricWeight::Diagonal([9.0, 7.0]),
+            q1: PaperArm::diagonal([4.0, 4.0]),
+            q2: PaperArm::diagonal([9.0, 7.0]),
             z: 100.0,
             bound: 0.1,
             model_form: NominalForm::ActiveJoints,
@@ -50,7 +55,7 @@ impl Default for Settings {
     }
 }
 
-impl LawDefinition for Settings {
+impl<const N: usize> LawDefinition<N> for Settings<N> {
     const NAME: &'static str = "neural-model";
     const DESCRIPTION: &'static str = "adaptive neural network nonlinear H-infinity control beside the nominal model";
     const PUBLISHED_INDICES: Option<PublishedIndices> = Some(PublishedIndices { tracking: 0.0292, torque: 0.1406 });
@@ -60,20 +65,25 @@ impl LawDefinition for Settings {
         origin: VariantOrigin::Extension,
     }];
 
-    type Controller<T: Scalar> = NeuralModel<T>;
+    type Controller<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>> = NeuralModel<T, N, B, M>;
 
-    fn build<T: Scalar>(
+    fn derived(weights: &DerivedWeights<N>) -> Self {
+        let AdaptationSettings { z, bound } = weights.networks;
+        Self { q1: weights.state.q1, q2: weights.state.q2, z, bound, model_form: NominalForm::Reduced }
+    }
+
+    fn build<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>>(
         &self,
-        synthesis: Synthesis<T>,
-        context: &BuildContext<T>,
-    ) -> Result<NeuralModel<T>, BuildError> {
+        synthesis: Synthesis<T, N>,
+        context: &BuildContext<T, M>,
+    ) -> Result<NeuralModel<T, N, B, M>, BuildError> {
         let settings = AdaptationSettings { z: self.z, bound: self.bound };
-        let adaptation = context.adaptation(SVector::zeros(), settings)?;
-        let nominal = NominalModel::new(context.model, self.model_form);
+        let adaptation = context.adaptation(SMatrix::zeros(), settings)?;
+        let nominal = NominalModel::new(context.model.clone(), self.model_form);
         Ok(NeuralModel::new(nominal, synthesis, TanhNetworks::paper(), adaptation))
     }
 
-    fn state_weights(&self) -> Option<StateWeights> {
+    fn state_weights(&self) -> Option<StateWeights<N>> {
         Some(StateWeights { q1: self.q1, q2: self.q2 })
     }
 
@@ -89,27 +99,35 @@ impl LawDefinition for Settings {
 
 /// Controller 4. The paper starts it at Φ = 0.
 #[derive(Clone, Debug, PartialEq)]
-pub struct NeuralModel<T: Scalar, Z = ScalarWeight<T>> {
-    nominal: NominalModel<T>,
-    synthesis: Synthesis<T>,
-    networks: TanhNetworks<T>,
-    estimator: ParameterEstimator<T, NETWORK_PARAMETERS, Z>,
+pub struct NeuralModel<T: Scalar, const N: usize = 2, const B: usize = 1, M = ThreeLinkDem<T>, Z = ScalarWeight<T>> {
+    nominal: NominalModel<M>,
+    synthesis: Synthesis<T, N>,
+    networks: TanhNetworks<T, N>,
+    estimator: ParameterEstimator<T, NEURONS, N, Z>,
 }
 
-impl<T: Scalar, Z: AdaptationWeight<T, NETWORK_PARAMETERS>> NeuralModel<T, Z> {
+impl<T: Scalar, const N: usize, const B: usize, M, Z> NeuralModel<T, N, B, M, Z>
+where
+    M: ArmModel<T, N, B>,
+    Z: AdaptationWeight<T, NEURONS, N>,
+{
     /// The law with these hidden layers beside `nominal`.
     pub fn new(
-        nominal: NominalModel<T>,
-        synthesis: Synthesis<T>,
-        networks: TanhNetworks<T>,
-        adaptation: Adaptation<T, NETWORK_PARAMETERS, Z>,
+        nominal: NominalModel<M>,
+        synthesis: Synthesis<T, N>,
+        networks: TanhNetworks<T, N>,
+        adaptation: Adaptation<T, NEURONS, N, Z>,
     ) -> Self {
         Self { nominal, synthesis, networks, estimator: ParameterEstimator::new(adaptation) }
     }
 }
 
-impl<T: Scalar, Z: AdaptationWeight<T, NETWORK_PARAMETERS>> Controller<T> for NeuralModel<T, Z> {
-    fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T> {
+impl<T: Scalar, const N: usize, const B: usize, M, Z> Controller<T, N, B> for NeuralModel<T, N, B, M, Z>
+where
+    M: ArmModel<T, N, B>,
+    Z: AdaptationWeight<T, NEURONS, N>,
+{
+    fn update(&mut self, measurement: &Measurement<T, N, B>, reference: &Reference<T, N>, period: T) -> Command<T, N> {
         let Self { nominal, synthesis, networks, estimator } = self;
         estimator.cycle(measurement, reference, period, |parameters| {
             let error = TrackingError::new(measurement, reference);
@@ -117,14 +135,14 @@ impl<T: Scalar, Z: AdaptationWeight<T, NETWORK_PARAMETERS>> Controller<T> for Ne
             let regressor = networks.regressor(measurement, reference);
             AdaptiveOutput {
                 torque: nominal.torque(measurement, &motion)
-                    + regressor * parameters
+                    + regressor.torque(parameters)
                     + synthesis.feedback_torque(&error),
                 control_input: synthesis.control_input(&error),
-                gradient: regressor.tr_mul(&synthesis.adaptation_signal(&error)),
+                gradient: regressor.gradient(&synthesis.adaptation_signal(&error)),
                 fell_back: false,
             }
         })
     }
 
-    state_is_its_estimators!(T);
+    state_is_its_estimators!(T, N);
 }

@@ -13,7 +13,7 @@
 //! - `eliminated`: τ_m = M̄ q̈_m + h̄ with q̈_m = M_mm⁻¹(τ̄ − C_mm q̇_m) (eqs. 20, 21),
 //! - `omitted`: τ_m = τ̄,
 //! - `reduced`: τ_m = T11⁻¹u + M̄ x1 + C̄ x2,
-//! - `reduced-momentum`: τ_m = T11⁻¹u + M̄ x1 + (C̄ + pG) x2 + p²g.
+//! - `reduced-momentum`: τ_m = T11⁻¹u + M̄ x1 + (C̄ + pG) x2 + p²g; in space τ_m = T11⁻¹u + M̄ x1 + C̃ x2 + c_h.
 //!
 //! The last two are ours. Without gravity the base coordinate is cyclic, so that its momentum p = M_b* q̇ is constant, and
 //! M̄ q̈_m + C̄ q̇_m + pG q̇_m + p²g = τ_m is the whole motion of the arm, with M̄̇ − 2C̄ and G skew. The
@@ -22,45 +22,49 @@
 
 use super::state::has_no_state;
 use crate::law_definition::{
-    BuildContext, BuildError, LawDefinition, LawVariant, PublishedIndices, StateWeights, VariantOrigin,
+    BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition, LawVariant, PaperArm, PaperWeights,
+    PublishedIndices, StateWeights, VariantOrigin,
 };
-use crate::model_coordinates::{configuration, velocities};
+use crate::arm_model::{ArmModel, Momentum};
 use crate::{AdaptationStatus, Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
-use crate::{AuxiliaryMotion, NominalForm, NominalModel};
+use crate::AuxiliaryMotion;
 use crate::{BaseAcceleration, SymmetricWeight, UnsupportedBaseAcceleration};
 use dem_model::{Scalar, ThreeLinkDem};
-use nalgebra::Vector2;
+use nalgebra::SVector;
 
 /// Settings of the law. The default is Table 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Settings {
+pub struct Settings<const N: usize = 2> {
     /// Weight of the velocity error.
-    pub q1: SymmetricWeight,
+    pub q1: SymmetricWeight<N>,
     /// Weight of the position error.
-    pub q2: SymmetricWeight,
+    pub q2: SymmetricWeight<N>,
     /// How the base acceleration that eq. 11 needs is had.
     pub base_acceleration: BaseAcceleration,
 }
 
-impl Default for Settings {
+impl<const N: usize> Default for Settings<N>
+where
+    PaperArm: PaperWeights<N>,
+{
     fn default() -> Self {
         Self {
-            q1: SymmetricWeight::Diagonal([0.64, 0.64]),
-            q2: SymmetricWeight::Diagonal([9.0, 7.0]),
+            q1: PaperArm::diagonal([0.64, 0.64]),
+            q2: PaperArm::diagonal([9.0, 7.0]),
             base_acceleration: BaseAcceleration::Eliminated,
         }
     }
 }
 
-impl Settings {
+impl<const N: usize> Settings<N> {
     /// Q1 and Q2.
-    pub fn weights(&self) -> StateWeights {
+    pub fn weights(&self) -> StateWeights<N> {
         StateWeights { q1: self.q1, q2: self.q2 }
     }
 }
 
-impl LawDefinition for Settings {
+impl<const N: usize> LawDefinition<N> for Settings<N> {
     const NAME: &'static str = "nonlinear";
     const DESCRIPTION: &'static str = "nonlinear H-infinity control with the nominal model";
     const PUBLISHED_INDICES: Option<PublishedIndices> = Some(PublishedIndices { tracking: 0.0778, torque: 0.1419 });
@@ -87,17 +91,21 @@ impl LawDefinition for Settings {
         },
     ];
 
-    type Controller<T: Scalar> = NonlinearHInfinity<T>;
+    type Controller<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>> = NonlinearHInfinity<T, N, B, M>;
 
-    fn build<T: Scalar>(
-        &self,
-        synthesis: Synthesis<T>,
-        context: &BuildContext<T>,
-    ) -> Result<NonlinearHInfinity<T>, BuildError> {
-        Ok(NonlinearHInfinity::new(context.model, synthesis, self.base_acceleration))
+    fn derived(weights: &DerivedWeights<N>) -> Self {
+        Self { q1: weights.state.q1, q2: weights.state.q2, base_acceleration: BaseAcceleration::Reduced }
     }
 
-    fn state_weights(&self) -> Option<StateWeights> {
+    fn build<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>>(
+        &self,
+        synthesis: Synthesis<T, N>,
+        context: &BuildContext<T, M>,
+    ) -> Result<NonlinearHInfinity<T, N, B, M>, BuildError> {
+        Ok(NonlinearHInfinity::new(context.model.clone(), synthesis, self.base_acceleration))
+    }
+
+    fn state_weights(&self) -> Option<StateWeights<N>> {
         Some(self.weights())
     }
 
@@ -109,58 +117,42 @@ impl LawDefinition for Settings {
 
 /// Controller 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NonlinearHInfinity<T: Scalar> {
-    model: ThreeLinkDem<T>,
-    synthesis: Synthesis<T>,
+pub struct NonlinearHInfinity<T: Scalar, const N: usize = 2, const B: usize = 1, M = ThreeLinkDem<T>> {
+    model: M,
+    synthesis: Synthesis<T, N>,
     base_acceleration: BaseAcceleration,
 }
 
-impl<T: Scalar> NonlinearHInfinity<T> {
+impl<T: Scalar, const N: usize, const B: usize, M: ArmModel<T, N, B>> NonlinearHInfinity<T, N, B, M> {
     /// The law for a nominal `model`.
-    pub fn new(model: ThreeLinkDem<T>, synthesis: Synthesis<T>, base_acceleration: BaseAcceleration) -> Self {
+    pub fn new(model: M, synthesis: Synthesis<T, N>, base_acceleration: BaseAcceleration) -> Self {
         Self { model, synthesis, base_acceleration }
     }
 
     /// F + E or what stands for it, N·m, given the feedback T11⁻¹u.
     fn torque(
         &self,
-        measurement: &Measurement<T>,
-        motion: &AuxiliaryMotion<T>,
-        feedback: Vector2<T>,
-    ) -> Option<Vector2<T>> {
-        let q = configuration(measurement);
-        let base = &measurement.base;
-        let (x1, x2) = (&motion.acceleration, &motion.velocity);
+        measurement: &Measurement<T, N, B>,
+        motion: &AuxiliaryMotion<T, N>,
+        feedback: SVector<T, N>,
+    ) -> Option<SVector<T, N>> {
+        let model = &self.model;
+        let arm_torque = || feedback + model.arm_torque(measurement, motion);
+        let reduced = |momentum| Some(feedback + model.reduced_torque(measurement, motion, momentum)?);
         match self.base_acceleration {
-            BaseAcceleration::Measured => {
-                let parts = self.model.partition(&q, &velocities(measurement));
-                Some(feedback + parts.arm_torque(x1, x2) + parts.base_reaction(base.acceleration, base.velocity))
-            }
-            BaseAcceleration::Eliminated => {
-                let parts = self.model.partition(&q, &velocities(measurement));
-                let arm_torque = feedback + parts.arm_torque(x1, x2);
-                parts.base_compensated_torque(&arm_torque, base.velocity, &measurement.velocity)
-            }
-            BaseAcceleration::Omitted => {
-                let nominal = NominalModel::new(self.model, NominalForm::ActiveJoints);
-                Some(feedback + nominal.torque(measurement, motion))
-            }
-            BaseAcceleration::Reduced => {
-                let nominal = NominalModel::new(self.model, NominalForm::Reduced);
-                Some(feedback + nominal.torque(measurement, motion))
-            }
-            BaseAcceleration::ReducedMomentum => {
-                let reduced = self.model.reduced(&q, &measurement.velocity);
-                // p = M_bb (q̇_b + A q̇_m)
-                let momentum = reduced.mass_bb * (base.velocity + (reduced.base_coupling * measurement.velocity).x);
-                Some(feedback + reduced.arm_torque(x1, x2, momentum))
-            }
+            BaseAcceleration::Measured => Some(arm_torque() + model.base_reaction(measurement)),
+            BaseAcceleration::Eliminated => model.base_compensated_torque(measurement, &arm_torque()),
+            BaseAcceleration::Omitted => Some(arm_torque()),
+            BaseAcceleration::Reduced => reduced(Momentum::Zero),
+            BaseAcceleration::ReducedMomentum => reduced(Momentum::Measured),
         }
     }
 }
 
-impl<T: Scalar> Controller<T> for NonlinearHInfinity<T> {
-    fn update(&mut self, measurement: &Measurement<T>, reference: &Reference<T>, period: T) -> Command<T> {
+impl<T: Scalar, const N: usize, const B: usize, M: ArmModel<T, N, B>> Controller<T, N, B>
+    for NonlinearHInfinity<T, N, B, M>
+{
+    fn update(&mut self, measurement: &Measurement<T, N, B>, reference: &Reference<T, N>, period: T) -> Command<T, N> {
         let adaptation = AdaptationStatus::default();
         if !is_usable(measurement, reference, period) {
             return Command::fallback(adaptation);
@@ -175,5 +167,5 @@ impl<T: Scalar> Controller<T> for NonlinearHInfinity<T> {
         }
     }
 
-    has_no_state!(T);
+    has_no_state!(T, N);
 }

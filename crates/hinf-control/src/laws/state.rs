@@ -2,8 +2,8 @@
 
 /// For an adaptive law: its state is that of its field `estimator`.
 macro_rules! state_is_its_estimators {
-    ($scalar:ty) => {
-        fn limited(&mut self, joints: crate::LimitedJoints) {
+    ($scalar:ty, $joints:ident) => {
+        fn limited(&mut self, joints: crate::LimitedJoints<$joints>) {
             self.estimator.limited(joints);
         }
 
@@ -19,11 +19,11 @@ macro_rules! state_is_its_estimators {
             self.estimator.reset();
         }
 
-        fn freeze(&self) -> crate::FrozenState<$scalar> {
+        fn freeze(&self) -> crate::FrozenState<$scalar, $joints> {
             self.estimator.freeze()
         }
 
-        fn thaw(&mut self, state: &crate::FrozenState<$scalar>) -> Result<(), crate::ThawError> {
+        fn thaw(&mut self, state: &crate::FrozenState<$scalar, $joints>) -> Result<(), crate::ThawError> {
             self.estimator.thaw(state)
         }
     };
@@ -32,14 +32,14 @@ pub(crate) use state_is_its_estimators;
 
 /// For a law without inner state.
 macro_rules! has_no_state {
-    ($scalar:ty) => {
+    ($scalar:ty, $joints:ident) => {
         fn reset(&mut self) {}
 
-        fn freeze(&self) -> crate::FrozenState<$scalar> {
+        fn freeze(&self) -> crate::FrozenState<$scalar, $joints> {
             crate::FrozenState::empty()
         }
 
-        fn thaw(&mut self, state: &crate::FrozenState<$scalar>) -> Result<(), crate::ThawError> {
+        fn thaw(&mut self, state: &crate::FrozenState<$scalar, $joints>) -> Result<(), crate::ThawError> {
             state.expect_empty()
         }
     };

@@ -4,30 +4,34 @@
 use super::State;
 use dem_model::ThreeLinkDem;
 use hinf_control::{Command, Measurement, ProvenAttenuation, Reference, Synthesis, TrackingError};
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
 
 /// What a sample of a closed loop has to show.
-pub struct Sample {
-    pub error: TrackingError<f64>,
+pub struct Sample<const N: usize = 2> {
+    pub error: TrackingError<f64, N>,
     /// q̃̈.
-    pub error_acceleration: Vector2<f64>,
-    pub control_input: Vector2<f64>,
-    pub disturbance: Vector2<f64>,
-    pub mass: Matrix2<f64>,
-    pub mass_rate: Matrix2<f64>,
+    pub error_acceleration: SVector<f64, N>,
+    pub control_input: SVector<f64, N>,
+    pub disturbance: SVector<f64, N>,
+    pub mass: SMatrix<f64, N, N>,
+    pub mass_rate: SMatrix<f64, N, N>,
     /// Σ_k κ_k Φ̃_kᵀZ_kΦ̇_k.
     pub parameter_storage_rate: f64,
 }
 
 /// V̇ + ½x̃ᵀQx̃ + ½uᵀRu − ½γ²ωᵀω, and the sum of the magnitudes of its terms.
-pub fn excess(design: &Synthesis<f64>, proven: &ProvenAttenuation<f64>, sample: &Sample) -> (f64, f64) {
+pub fn excess<const N: usize>(
+    design: &Synthesis<f64, N>,
+    proven: &ProvenAttenuation<f64>,
+    sample: &Sample<N>,
+) -> (f64, f64) {
     let Sample { error, error_acceleration, control_input, disturbance, .. } = sample;
     let s = design.filtered_error(error);
     let s_rate = error_acceleration + design.error_rate() * error.velocity;
     let kinetic = proven.storage_gain * (s.dot(&(sample.mass * s_rate)) + 0.5 * s.dot(&(sample.mass_rate * s)));
     let potential = error.velocity.dot(&(design.storage() * error.position));
-    let state = 0.5 * error.state().dot(&(design.state_weight() * error.state()));
+    let state = 0.5 * design.state_weight().penalty(error);
     let control = 0.5 * control_input.dot(&(design.control_weight() * control_input));
     let supply = 0.5 * proven.level_squared * (design.t11() * disturbance).norm_squared();
     let terms = [kinetic, potential, sample.parameter_storage_rate, state, control, -supply];
@@ -37,7 +41,11 @@ pub fn excess(design: &Synthesis<f64>, proven: &ProvenAttenuation<f64>, sample: 
 /// The relative error of Ṁ by central differences is some 1e-9; the rest is rounding.
 pub const RELATIVE_TOLERANCE: f64 = 1e-7;
 
-pub fn dissipates(design: &Synthesis<f64>, proven: &ProvenAttenuation<f64>, sample: &Sample) -> bool {
+pub fn dissipates<const N: usize>(
+    design: &Synthesis<f64, N>,
+    proven: &ProvenAttenuation<f64>,
+    sample: &Sample<N>,
+) -> bool {
     let (excess, scale) = excess(design, proven, sample);
     excess <= RELATIVE_TOLERANCE * scale
 }

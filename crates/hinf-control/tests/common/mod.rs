@@ -2,6 +2,7 @@
 #![allow(dead_code)] // Each test binary uses a part of it.
 
 pub mod dissipation;
+pub mod spatial;
 
 use dem_model::ThreeLinkDem;
 use hinf_control::{
@@ -33,7 +34,7 @@ impl State {
         Measurement {
             position: Vector2::new(self.q.y, self.q.z),
             velocity: Vector2::new(self.velocity.y, self.velocity.z),
-            base: BaseMeasurement { position: self.q.x, velocity: self.velocity.x, acceleration: base_acceleration },
+            base: BaseMeasurement::planar(self.velocity.x, base_acceleration),
         }
     }
 

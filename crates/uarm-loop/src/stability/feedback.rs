@@ -61,7 +61,7 @@ fn torque(law: &mut dyn Controller<f64>, configuration: &Vector2<f64>, change: &
     let measurement = Measurement {
         position: configuration + change.position,
         velocity: change.velocity,
-        base: BaseMeasurement { position: 0.0, velocity: change.base_velocity, acceleration: change.base_acceleration },
+        base: BaseMeasurement::planar(change.base_velocity, change.base_acceleration),
     };
     let at_rest = Reference { position: *configuration, velocity: Vector2::zeros(), acceleration: Vector2::zeros() };
     law.update(&measurement, &at_rest, 0.0).torque

@@ -124,7 +124,7 @@ impl<'a> Simulation<'a> {
         let measurement = Measurement {
             position: Vector2::new(second.position, third.position),
             velocity: Vector2::new(second.velocity, third.velocity),
-            base: BaseMeasurement { position: base.position, velocity: base.velocity, acceleration: base.acceleration },
+            base: BaseMeasurement::planar(base.velocity, base.acceleration),
         };
         let at_rest = Reference { position: self.at, velocity: Vector2::zeros(), acceleration: Vector2::zeros() };
         self.waiting.push_back(self.law.update(&measurement, &at_rest, self.period).torque);

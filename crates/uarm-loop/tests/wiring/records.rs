@@ -31,7 +31,7 @@ fn signals() -> Signals<3, 2> {
         measurement: Measurement {
             position: Vector2::new(6.0, 9.0),
             velocity: Vector2::new(7.0, 10.0),
-            base: BaseMeasurement { position: 3.0, velocity: 4.0, acceleration: 5.0 },
+            base: BaseMeasurement::planar(4.0, 5.0),
         },
         reference: Reference {
             position: Vector2::new(15.0, 16.0),
