@@ -100,10 +100,10 @@ pub enum ParameterError {
         /// The body outboard of the joint.
         body: Body,
     },
-    /// A body's inertia is so small beside the whole arm's that M could not be factorised in this number type.
+    /// A body's inertia is so small beside that of what its joint moves that M could not be factorised in this number type.
     #[error(
         "{body}: inertia is {found} kg m^2, expected at least {least} kg m^2: \
-         less is lost in rounding beside the arm's largest inertia"
+         less is lost in rounding beside what its joint moves"
     )]
     InertiaLostInRounding {
         /// The body that the inertia belongs to.

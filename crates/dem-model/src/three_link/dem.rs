@@ -5,9 +5,11 @@ use crate::dem::{DemBase, DemLink, PlanarDem};
 use crate::error::{Body, ParameterError};
 use crate::scalar::Scalar;
 
-/// How many roundings of the largest entry of M the least inertia has to exceed, so that M stays positive definite
-/// when it is computed. M ⪰ 0.308 min(I_i)·1 in exact arithmetic; computing and factorising a 3×3 M loses some tens of
-/// roundings of its largest entry.
+/// How many roundings of M_ii an inertia has to exceed, so that M stays positive definite when it is computed.
+///
+/// Factorising M loses some tens of roundings of M_ii in the pivot of joint i, whatever the scale of the other joints
+/// (Cholesky's error does not change with D M D, D diagonal). With the others free the pivot is at least I_1 for joint 1 and
+/// I_a I_b/(I_a + I_b) ≥ ½ min(I_a, I_b) for a joint between links a and b.
 const LEAST_INERTIA_IN_ROUNDINGS: f64 = 256.0;
 
 /// The planar three-link DEM in closed form: a base on the passive joint 1 and an arm with active joints 2 and 3.
@@ -65,11 +67,14 @@ impl<T: Scalar> ThreeLinkDem<T> {
 
     fn require_inertias_above_rounding(&self) -> Result<(), ParameterError> {
         let roundings = T::constant(LEAST_INERTIA_IN_ROUNDINGS) * T::default_epsilon();
-        let least = self.inertial.largest_base_inertia() * roundings;
         let [second, third] = &self.links;
-        for (body, inertia) in
-            [(Body::Base, self.base.inertia), (Body::arm_link(0), second.inertia), (Body::arm_link(1), third.inertia)]
-        {
+        let [of_base, of_second, of_third] = self.inertial.largest_diagonal();
+        for (body, inertia, largest) in [
+            (Body::Base, self.base.inertia, of_base),
+            (Body::arm_link(0), second.inertia, of_second),
+            (Body::arm_link(1), third.inertia, of_third),
+        ] {
+            let least = largest * roundings;
             // Written so that a NaN, which the products may overflow to, is refused as well.
             if !(inertia >= least && least.is_finite()) {
                 return Err(ParameterError::InertiaLostInRounding {

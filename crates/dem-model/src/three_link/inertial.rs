@@ -58,10 +58,11 @@ impl<T: Scalar> InertialParameters<T> {
         }
     }
 
-    /// M_11 of the stretched arm: the largest entry that M has in any configuration, in kg·m².
-    pub(super) fn largest_base_inertia(&self) -> T {
-        let couplings = self.base_second + self.base_third + self.second_third;
-        self.base + self.second + self.third + couplings + couplings
+    /// M_11, M_22 and M_33 of the stretched arm in kg·m²: the largest that they are in any configuration.
+    pub(super) fn largest_diagonal(&self) -> [T; 3] {
+        let arm = self.second + self.third + self.second_third + self.second_third;
+        let couplings = self.base_second + self.base_third;
+        [self.base + arm + couplings + couplings, arm, self.third]
     }
 
     pub(super) fn coupling_terms(&self, q2: T, q3: T) -> CouplingTerms<T> {

@@ -114,6 +114,36 @@ fn an_inertia_lost_in_rounding_is_refused() {
     }
 }
 
+/// A heavy spacecraft under a light arm: badly scaled, but not badly conditioned.
+#[test]
+fn a_heavy_spacecraft_is_taken_in_single_precision() {
+    fn heavy<T: dem_model::Scalar>() -> ThreeLinkDem<T> {
+        let value = T::constant;
+        let link = |mass, inertia| DemLink {
+            mass: value(mass),
+            inertia: value(inertia),
+            length: value(0.5),
+            centre_of_mass: value(0.25),
+        };
+        let base = DemBase { inertia: value(6200.0), length: value(1.0) };
+        ThreeLinkDem::new(base, [link(5.0, 0.1), link(2.0, 0.05)]).unwrap()
+    }
+    let (single, double) = (heavy::<f32>(), heavy::<f64>());
+    let velocity = Vector3::new(0.01, 0.3, -0.2);
+    let force = Vector3::new(0.0, 0.5, -0.25);
+    for step in 0..400 {
+        let q = Vector3::new(0.0, f64::from(step % 20) * 0.3, f64::from(step / 20) * 0.3);
+        let expected = double.forward_dynamics(&q, &velocity, &force);
+        let found = single.forward_dynamics(&q.cast(), &velocity.cast(), &force.cast());
+        for (found, expected) in found.iter().zip(expected.iter()) {
+            assert!(
+                (f64::from(*found) - expected).abs() < 1e-4 * expected.abs().max(1e-2),
+                "{found} {expected} at {q}"
+            );
+        }
+    }
+}
+
 #[test]
 fn what_is_not_finite_stays_so() {
     let dem = ThreeLinkDem::<f64>::table_2();
