@@ -84,6 +84,24 @@ fn what_is_written_is_read_again() {
     assert!(standard_output(&map(&[&write[..], &["--force"]].concat())).contains("three joints"));
 }
 
+/// The robots with published parameters: how many joints, and what they weigh by the numbers of their sources.
+#[test]
+fn the_published_robots_are_read() {
+    let satellite = 2_552.0 + 3.0 + 35.01 + 22.45 + 21.89 + 16.54 + 26.0 + 18.49;
+    let benchmark = 1_000.0 + 3.0 + 35.01 + 30.0 + 22.69 + 21.38 + 16.75 + 26.17 + 18.07;
+    for (file, tip, joints, mass) in [
+        ("ets-vii.urdf", "tool", 6, satellite),
+        ("ets-vii.urdf", "forearm", 3, satellite),
+        ("seven-joint.urdf", "tool", 7, benchmark),
+        ("planar-four-link.urdf", "tool", 3, 64.859 + 2.913 + 2.646 + 1.699),
+    ] {
+        let path = format!("{}/robots/{file}", env!("CARGO_MANIFEST_DIR"));
+        let json: Value = serde_json::from_str(&standard_output(&map(&[&path, "--tip", tip, "--json"]))).unwrap();
+        assert_eq!(json["joints"].as_array().unwrap().len(), joints, "{file}");
+        assert!((json["total_mass_kg"].as_f64().unwrap() - mass).abs() < 1e-9, "{file}");
+    }
+}
+
 /// The paper's arm is written as one in the plane.
 #[test]
 fn a_robot_file_is_written_too() {

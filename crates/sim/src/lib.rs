@@ -65,7 +65,7 @@
 //!
 //! | module | subject |
 //! |---|---|
-//! | [`plant`] | [`Plant`]; [`DemPlant`] (ideal), [`UarmPlant`] (imperfect), [`FreeFloatingPlant`] (space manipulator, without the DEM); integrator, disturbance, brakes |
+//! | [`plant`] | [`Plant`]; [`DemPlant`] (ideal), [`UarmPlant`] (imperfect), [`FreeFloatingPlant`] (space manipulator, without the DEM); [`SerialPlant`] (N joints, in space and in the plane); integrator, disturbance, brakes |
 //! | [`drive`] | the CiA 402 drive: object dictionary, SDO rules, NMT, heartbeats, power state machine, encoder, faults |
 //! | [`EmulatedRobot`] | three drives on a plant, sans-I/O: frames and instants in, frames out |
 //! | [`odrive`] | the same with ODrive axes instead of CiA 402 drives |
@@ -112,8 +112,9 @@ pub use drive::{
 pub use link::{FaultRates, FaultyLink, InProcessError, InProcessLink};
 pub use outbox::{OUTBOX_CAPACITY, Outbox};
 pub use plant::{
-    Brake, DemPlant, FreeFloatingPlant, InitialState, IntegrationStep, MechanicalPlant, Mechanism, Plant,
-    UarmImperfections, UarmParameterError, UarmPlant, UarmPlantParameters,
+    Brake, DemPlant, FreeFloatingPlant, InitialState, IntegrationStep, JointImperfections, MechanicalPlant, Mechanism,
+    ParameterScale, PlanarBasePlant, Plant, SerialBrakes, SerialImperfections, SerialMotion, SerialPlant,
+    SerialSpacePlant, SphericalBasePlant, UarmImperfections, UarmParameterError, UarmPlant, UarmPlantParameters,
 };
 pub use robot::{EmulatedRobot, Joint, Pacing, RobotError};
 pub use robot_on_bus::RobotOnBus;

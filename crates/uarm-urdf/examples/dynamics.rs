@@ -20,8 +20,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arm = Arm::parse(&std::fs::read_to_string(file)?, &selection)?;
     let states = match arm.joints.len() {
         3 => states::<3>(&arm)?,
+        6 => states::<6>(&arm)?,
         7 => states::<7>(&arm)?,
-        count => return Err(format!("{count} joints, expected 3 or 7").into()),
+        count => return Err(format!("{count} joints, expected 3, 6 or 7").into()),
     };
     println!("{}", serde_json::to_string(&states)?);
     Ok(())

@@ -1,7 +1,18 @@
 //! Fixed-step integration of a mechanism's motion.
 
+use core::ops::{Add, Mul};
 use core::time::Duration;
+use hinf_control::Disturbance;
 use nalgebra::SVector;
+
+/// A state that a rate moves: what [`runge_kutta_step`] integrates.
+pub trait Integrable: Copy {
+    /// What the state's entries change by in a second.
+    type Rate: Copy + Add<Output = Self::Rate> + Mul<f64, Output = Self::Rate>;
+
+    /// The state after `seconds` at a constant `rate`.
+    fn moved(&self, rate: &Self::Rate, seconds: f64) -> Self;
+}
 
 /// Generalised coordinates and their velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,29 +23,54 @@ pub struct MotionState<const DOF: usize> {
     pub velocity: SVector<f64, DOF>,
 }
 
-/// One step of the classic fourth-order Runge-Kutta method for q̈ = f(s, q, q̇), s the seconds since the step's start.
-pub fn runge_kutta_step<const DOF: usize>(
-    start: &MotionState<DOF>,
-    step: f64,
-    acceleration: impl Fn(f64, &MotionState<DOF>) -> SVector<f64, DOF>,
-) -> MotionState<DOF> {
+impl<const DOF: usize> Add for MotionState<DOF> {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { position: self.position + other.position, velocity: self.velocity + other.velocity }
+    }
+}
+
+impl<const DOF: usize> Mul<f64> for MotionState<DOF> {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        Self { position: self.position * factor, velocity: self.velocity * factor }
+    }
+}
+
+/// Its rate has the velocity in place of the position, and the acceleration in place of the velocity.
+impl<const DOF: usize> Integrable for MotionState<DOF> {
+    type Rate = Self;
+
+    fn moved(&self, rate: &Self, seconds: f64) -> Self {
+        *self + *rate * seconds
+    }
+}
+
+/// One step of the classic fourth-order Runge-Kutta method for ẋ = f(s, x), s the seconds since the step's start.
+pub fn runge_kutta_step<S: Integrable>(start: &S, step: f64, rate: impl Fn(f64, &S) -> S::Rate) -> S {
     let half = 0.5 * step;
-    let moved = |velocity: &SVector<f64, DOF>, acceleration: &SVector<f64, DOF>, by: f64| MotionState {
-        position: start.position + velocity * by,
-        velocity: start.velocity + acceleration * by,
-    };
-    let a1 = acceleration(0.0, start);
-    let second = moved(&start.velocity, &a1, half);
-    let a2 = acceleration(half, &second);
-    let third = moved(&second.velocity, &a2, half);
-    let a3 = acceleration(half, &third);
-    let fourth = moved(&third.velocity, &a3, step);
-    let a4 = acceleration(step, &fourth);
-    let sixth = step / 6.0;
-    MotionState {
-        position: start.position
-            + (start.velocity + (second.velocity + third.velocity) * 2.0 + fourth.velocity) * sixth,
-        velocity: start.velocity + (a1 + (a2 + a3) * 2.0 + a4) * sixth,
+    let first = rate(0.0, start);
+    let second = rate(half, &start.moved(&first, half));
+    let third = rate(half, &start.moved(&second, half));
+    let fourth = rate(step, &start.moved(&third, step));
+    start.moved(&(first + (second + third) * 2.0 + fourth), step / 6.0)
+}
+
+/// A step of the grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct GridStep {
+    /// Plant time at its start.
+    pub start: Duration,
+    /// Plant time at its end.
+    pub end: Duration,
+}
+
+impl GridStep {
+    /// Its length in s.
+    pub fn seconds(&self) -> f64 {
+        (self.end - self.start).as_secs_f64()
     }
 }
 
@@ -73,6 +109,21 @@ impl IntegrationStep {
         let into_step = Duration::from_nanos(u64::try_from(into_step).unwrap_or(0));
         time + (self.0 - into_step)
     }
+
+    /// The steps from `time` to `until`, which end on the grid, on `until` and where the `disturbance` is not smooth.
+    pub(super) fn steps(
+        self,
+        disturbance: Disturbance,
+        time: Duration,
+        until: Duration,
+    ) -> impl Iterator<Item = GridStep> {
+        let step_from = move |start: Duration| {
+            let grid = self.next_grid_point(start).min(until);
+            let end = disturbance.next_event_after(start).map_or(grid, |event| event.min(grid));
+            (start < until).then_some(GridStep { start, end })
+        };
+        core::iter::successors(step_from(time), move |last| step_from(last.end))
+    }
 }
 
 impl Default for IntegrationStep {
@@ -94,7 +145,10 @@ mod tests {
                 MotionState { position: SVector::<f64, 1>::new(1.0), velocity: SVector::<f64, 1>::new(0.0) };
             let step = 1.0 / f64::from(steps);
             for _ in 0..steps {
-                state = runge_kutta_step(&state, step, |_, state| -state.position);
+                state = runge_kutta_step(&state, step, |_, state| MotionState {
+                    position: state.velocity,
+                    velocity: -state.position,
+                });
             }
             (state.position.x - 1.0_f64.cos()).abs() + (state.velocity.x + 1.0_f64.sin()).abs()
         };
@@ -106,7 +160,10 @@ mod tests {
     #[test]
     fn time_within_the_step_reaches_the_force() {
         let start = MotionState { position: SVector::<f64, 1>::new(0.0), velocity: SVector::<f64, 1>::new(0.0) };
-        let end = runge_kutta_step(&start, 2.0, |s, _| SVector::<f64, 1>::new(3.0 * s * s));
+        let end = runge_kutta_step(&start, 2.0, |s, state| MotionState {
+            position: state.velocity,
+            velocity: SVector::<f64, 1>::new(3.0 * s * s),
+        });
         approx::assert_relative_eq!(end.velocity.x, 8.0, max_relative = 1e-15);
     }
 
@@ -117,5 +174,15 @@ mod tests {
         assert_eq!(step.next_grid_point(Duration::from_nanos(1)), Duration::from_micros(100));
         assert_eq!(step.next_grid_point(Duration::from_micros(100)), Duration::from_micros(200));
         assert_eq!(IntegrationStep::new(Duration::ZERO), None);
+    }
+
+    #[test]
+    fn steps_end_on_the_grid_at_the_event_and_at_the_end() {
+        let step = IntegrationStep::new(Duration::from_millis(3)).unwrap();
+        let milliseconds = Duration::from_millis;
+        let steps = step.steps(Disturbance::Paper, milliseconds(997), milliseconds(1_004));
+        let ends: std::vec::Vec<_> = steps.map(|step| step.end).collect();
+        assert_eq!(ends, [999, 1_000, 1_002, 1_004].map(milliseconds));
+        assert_eq!(step.steps(Disturbance::None, milliseconds(1), milliseconds(1)).count(), 0);
     }
 }

@@ -1,5 +1,6 @@
 //! A mechanism, its state and its brakes, moved by the fixed-step integrator.
 
+use super::held::{Held, engages_on_motion, solve_free};
 use super::integrator::{IntegrationStep, MotionState, runge_kutta_step};
 use super::interface::{Brake, Plant};
 use core::time::Duration;
@@ -74,9 +75,6 @@ pub struct MechanicalPlant<M, const DOF: usize> {
     state: MotionState<DOF>,
 }
 
-/// Which coordinates a brake holds.
-type Held<const DOF: usize> = [Brake; DOF];
-
 impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
     /// The mechanism at plant time zero in the paper's initial state, undisturbed.
     pub fn from_mechanism(mechanism: M) -> Self {
@@ -138,16 +136,17 @@ impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
             self.time = self.time.max(until);
             return;
         }
-        while self.time < until {
-            let grid = self.step.next_grid_point(self.time).min(until);
-            let next = self.disturbance.next_event_after(self.time).map_or(grid, |event| event.min(grid));
-            let step = (next - self.time).as_secs_f64();
-            let start = self.time.as_secs_f64();
-            self.state = runge_kutta_step(&self.state, step, |offset, state| {
-                let disturbance = joint_torque(self.disturbance, self.time, offset);
-                coordinate_acceleration(&self.mechanism, state, &torque(start + offset), &disturbance, &held)
+        for step in self.step.steps(self.disturbance, self.time, until) {
+            let start = step.start.as_secs_f64();
+            self.state = runge_kutta_step(&self.state, step.seconds(), |offset, state| {
+                let disturbance = joint_torque(self.disturbance, step.start, offset);
+                let torque = torque(start + offset);
+                MotionState {
+                    position: state.velocity,
+                    velocity: coordinate_acceleration(&self.mechanism, state, &torque, &disturbance, &held),
+                }
             });
-            self.time = next;
+            self.time = step.end;
         }
     }
 
@@ -160,8 +159,7 @@ impl<M: Mechanism<DOF>, const DOF: usize> MechanicalPlant<M, DOF> {
     }
 
     fn stop_held_joints(&mut self, held: &Held<DOF>) {
-        let moves = |index: usize| self.state.velocity.get(index).is_some_and(|velocity| *velocity != 0.0);
-        if !held.iter().enumerate().any(|(index, brake)| *brake == Brake::Engaged && moves(index)) {
+        if !engages_on_motion(held, &self.state.velocity) {
             return;
         }
         let mass = self.mechanism.inertial_terms(&self.state).mass;
@@ -208,34 +206,6 @@ fn coordinate_acceleration<M: Mechanism<DOF>, const DOF: usize>(
 ) -> SVector<f64, DOF> {
     let terms = mechanism.inertial_terms(state);
     solve_free(terms.mass, mechanism.applied_force(state, torque, disturbance) - terms.velocity_force, held)
-}
-
-/// Solves M x = b for the free coordinates with the held entries of x at zero.
-///
-/// Rows and columns of held coordinates become those of the unit matrix: what is left is a principal block of M, hence
-/// positive definite. If M is not (a non-finite state), the answer is not a number, which does not go unseen.
-fn solve_free<const DOF: usize>(
-    mut mass: SMatrix<f64, DOF, DOF>,
-    mut right: SVector<f64, DOF>,
-    held: &Held<DOF>,
-) -> SVector<f64, DOF> {
-    let is_held = |index: usize| held.get(index) == Some(&Brake::Engaged);
-    for (column_index, mut column) in mass.column_iter_mut().enumerate() {
-        for (row_index, entry) in column.iter_mut().enumerate() {
-            if is_held(row_index) || is_held(column_index) {
-                *entry = if row_index == column_index { 1.0 } else { 0.0 };
-            }
-        }
-    }
-    for (index, entry) in right.iter_mut().enumerate() {
-        if is_held(index) {
-            *entry = 0.0;
-        }
-    }
-    match mass.cholesky() {
-        Some(factors) => factors.solve(&right),
-        None => SVector::repeat(f64::NAN),
-    }
 }
 
 /// The disturbance at the three joints, N·m: none acts on the base.

@@ -134,7 +134,12 @@ impl UarmPlantParameters {
     }
 }
 
-fn require(name: &'static str, found: f64, expected: &'static str, in_range: bool) -> Result<(), UarmParameterError> {
+pub(super) fn require(
+    name: &'static str,
+    found: f64,
+    expected: &'static str,
+    in_range: bool,
+) -> Result<(), UarmParameterError> {
     if found.is_finite() && in_range { Ok(()) } else { Err(UarmParameterError { name, found, expected }) }
 }
 
