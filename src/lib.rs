@@ -26,6 +26,7 @@
 //! The control loop itself is the crate [`uarm_loop`]: see [`uarm_loop::control_loop`].
 #![forbid(unsafe_code)]
 
+pub mod bought;
 pub mod bus_observation;
 pub mod campaign;
 pub mod cli;

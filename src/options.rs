@@ -3,6 +3,8 @@
 use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use uarm_io::drive::NodeId;
+use uarm_io::drive::wire::MASTER_NODE;
 use uarm_loop::choice::Choice;
 use uarm_loop::period::Period;
 
@@ -76,13 +78,31 @@ pub fn step(text: &str) -> Result<f64, String> {
 pub fn size(text: &str) -> Result<u64, String> {
     const UNITS: [(&str, u64); 6] =
         [("kB", 1000), ("MB", 1_000_000), ("GB", 1_000_000_000), ("KiB", 1 << 10), ("MiB", 1 << 20), ("GiB", 1 << 30)];
-    let size = UNITS.iter().find_map(|(unit, bytes)| {
-        let number = text.strip_suffix(unit)?.trim().parse::<u64>().ok()?;
-        number.checked_mul(*bytes).filter(|size| *size > 0)
-    });
-    size.ok_or_else(|| {
-        "expected a whole number with a unit (kB, MB, GB, KiB, MiB, GiB), such as 500MB or 2GiB".to_owned()
-    })
+    let sizes = UNITS.iter().find_map(|(unit, bytes)| Some((decimal(text.strip_suffix(unit)?.trim())?, *bytes)));
+    let Some(((digits, divisor), unit)) = sizes else {
+        return Err(
+            "expected a number with a unit (kB, MB, GB, KiB, MiB, GiB), such as 500MB, 1.5GB or 2GiB".to_owned()
+        );
+    };
+    let bytes = digits.checked_mul(unit.into()).and_then(|product| u64::try_from(product / divisor).ok());
+    match bytes {
+        None => Err(format!("too large, expected at most {} bytes", u64::MAX)),
+        Some(0) => Err("expected more than 0 bytes, such as 500MB or 2GiB".to_owned()),
+        Some(bytes) => Ok(bytes),
+    }
+}
+
+/// A decimal number as digits and the power of ten that they are divided by. Digits that are too many count as the largest number.
+fn decimal(text: &str) -> Option<(u128, u128)> {
+    const MOST_PLACES: usize = 9;
+    let (whole, places) = text.split_once('.').map_or((text, None), |(whole, places)| (whole, Some(places)));
+    let is_number = |digits: &str| !digits.is_empty() && digits.bytes().all(|digit| digit.is_ascii_digit());
+    if !is_number(whole) || places.is_some_and(|places| !is_number(places) || places.len() > MOST_PLACES) {
+        return None;
+    }
+    let places = places.unwrap_or_default();
+    let divisor = places.bytes().fold(1, |power, _| power * 10);
+    Some((format!("{whole}{places}").parse().unwrap_or(u128::MAX), divisor))
 }
 
 /// Reads a time such as `3ms`, `1.5s` or `2m 30s`.
@@ -104,6 +124,16 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     Ok(duration)
 }
 
+/// Reads the node id of a drive.
+///
+/// # Errors
+/// Unless it is 1 to 126: 127 is the master's.
+pub fn node_id(text: &str) -> Result<NodeId, String> {
+    let expected = || format!("expected a node id, 1 to {}", MASTER_NODE - 1);
+    let raw: u8 = text.parse().map_err(|_| expected())?;
+    NodeId::new(raw).ok().filter(|node| (1..MASTER_NODE).contains(&node.raw())).ok_or_else(expected)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -116,6 +146,14 @@ mod tests {
         }
         for text in ["3", "", "s", "-1s", "fast", "1e300s", "NaNs"] {
             assert!(duration(text).unwrap_err().contains("3ms"), "{text}");
+        }
+    }
+
+    #[test]
+    fn drives_have_1_to_126() {
+        assert_eq!(node_id("126").map(NodeId::raw), Ok(126));
+        for text in ["0", "127", "-1", "two", "300"] {
+            assert!(node_id(text).unwrap_err().contains("1 to 126"), "{text}");
         }
     }
 
@@ -145,8 +183,12 @@ mod tests {
         assert_eq!(hold("24h"), Ok(Duration::from_secs(86_400)));
         assert!(approach("0s").is_err() && approach("2h").is_err());
         assert_eq!((size("500MB"), size("2 GiB")), (Ok(500_000_000), Ok(2_147_483_648)));
-        for wrong in ["500", "", "MB", "-1MB", "0MB", "1.5GB", "99999999999GiB", "1TB"] {
+        assert_eq!((size("18.1MB"), size("1.5GiB"), size("0.001kB")), (Ok(18_100_000), Ok(1_610_612_736), Ok(1)));
+        for wrong in ["500", "", "MB", "-1MB", "0MB", "1TB", "1.MB", ".5MB", "1.2.3MB", "1e3MB"] {
             assert!(size(wrong).unwrap_err().contains("500MB"), "{wrong}");
+        }
+        for wrong in ["99999999999GiB", "99999999999999999999999999999999999999999999GB"] {
+            assert_eq!(size(wrong).unwrap_err(), "too large, expected at most 18446744073709551615 bytes", "{wrong}");
         }
         for wrong in ["nan", "inf", "-inf", "x"] {
             assert!(seconds(wrong).is_err() && step(wrong).is_err(), "{wrong}");

@@ -12,12 +12,12 @@ use uarm_sim::drive::{DriveDescription, DriveParameters, EncoderDescription};
 use uarm_sim::odrive::{AxisDescription, AxisParameters, EmulatedOdrives};
 use uarm_sim::{
     Brake, DemPlant, DriveDictionary, EmulatedDrive, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep,
-    Outbox, Pacing, Plant, PowerUp, RobotOnBus, UarmPlant, UarmPlantParameters,
+    Outbox, Pacing, Plant, RobotOnBus, UarmPlant, UarmPlantParameters,
 };
 
-use uarm_eds::Dictionary;
 use uarm_loop::robot::{Bus, Joint, Protocol};
 
+use crate::bought::{Bought, BoughtDrive};
 use crate::dimensions::JOINTS;
 use crate::eds::maker_dictionary;
 use crate::robot::Robot;
@@ -155,6 +155,8 @@ impl Plant for SimulatedPlant {
 pub enum SimulatedRobot<P> {
     /// CiA 402 drives on CANopen.
     Canopen(Box<EmulatedRobot<P>>),
+    /// CiA 402 drives on CANopen, some with their makers' dictionaries or with a past.
+    Bought(Box<EmulatedRobot<P, MAKERS_OBJECTS>>),
     /// ODrive axes.
     Odrive(Box<EmulatedOdrives<P>>),
 }
@@ -179,6 +181,7 @@ impl<P: Plant + Clone> RobotOnBus for SimulatedRobot<P> {
     fn power_on(&mut self, now: Instant, outbox: &mut Outbox) {
         match self {
             Self::Canopen(robot) => robot.power_on(now, outbox),
+            Self::Bought(robot) => robot.power_on(now, outbox),
             Self::Odrive(robot) => robot.power_on(now, outbox),
         }
     }
@@ -186,6 +189,7 @@ impl<P: Plant + Clone> RobotOnBus for SimulatedRobot<P> {
     fn next_deadline(&self) -> Option<Instant> {
         match self {
             Self::Canopen(robot) => robot.next_deadline(),
+            Self::Bought(robot) => robot.next_deadline(),
             Self::Odrive(robot) => robot.next_deadline(),
         }
     }
@@ -193,6 +197,7 @@ impl<P: Plant + Clone> RobotOnBus for SimulatedRobot<P> {
     fn on_time(&mut self, now: Instant, outbox: &mut Outbox) {
         match self {
             Self::Canopen(robot) => robot.on_time(now, outbox),
+            Self::Bought(robot) => robot.on_time(now, outbox),
             Self::Odrive(robot) => robot.on_time(now, outbox),
         }
     }
@@ -200,6 +205,7 @@ impl<P: Plant + Clone> RobotOnBus for SimulatedRobot<P> {
     fn on_frame(&mut self, frame: &Frame, now: Instant, outbox: &mut Outbox) {
         match self {
             Self::Canopen(robot) => robot.on_frame(frame, now, outbox),
+            Self::Bought(robot) => robot.on_frame(frame, now, outbox),
             Self::Odrive(robot) => robot.on_frame(frame, now, outbox),
         }
     }
@@ -239,6 +245,26 @@ fn encoder(joint: &Joint) -> anyhow::Result<EncoderDescription> {
     })
 }
 
+/// The same with drives of which something is known, `bought`, joint by joint.
+///
+/// # Errors
+/// As [`simulated`], or if a dictionary describes a drive that cannot be emulated, or the robot file names another protocol.
+pub fn simulated_with<P: Plant + Clone>(
+    robot: &Robot,
+    plant: P,
+    pacing: Pacing,
+    bought: &Bought,
+) -> anyhow::Result<SimulatedRobot<P>> {
+    if bought.is_none() {
+        return simulated(robot, plant, pacing);
+    }
+    anyhow::ensure!(
+        matches!(robot.description.bus.protocol, Protocol::Canopen),
+        "makers' dictionaries: only with bus.protocol = \"canopen\""
+    );
+    Ok(SimulatedRobot::Bought(emulate_bought(robot, plant, pacing, &bought.drives())?))
+}
+
 /// Puts emulated CiA 402 drives, as the robot file describes them, on a plant.
 ///
 /// # Errors
@@ -253,20 +279,11 @@ pub fn emulate<P: Plant + Clone>(robot: &Robot, plant: P, pacing: Pacing) -> any
 /// Objects that an emulated drive with a maker's dictionary can hold: three times as many as the largest known has.
 pub const MAKERS_OBJECTS: usize = 2048;
 
-/// A drive that somebody else made.
-#[derive(Clone, Copy, Debug)]
-pub struct BoughtDrive<'a> {
-    /// Its maker's dictionary; without it the emulation's own.
-    pub dictionary: Option<&'a Dictionary>,
-    /// How it starts.
-    pub power_up: PowerUp,
-}
-
 /// Puts emulated drives with makers' dictionaries on a plant; what the dictionaries do not say is as the robot file describes it.
 ///
 /// # Errors
 /// If the robot file or a dictionary describes a drive that cannot be emulated.
-pub fn emulate_bought<P: Plant + Clone>(
+fn emulate_bought<P: Plant + Clone>(
     robot: &Robot,
     plant: P,
     pacing: Pacing,
@@ -307,5 +324,6 @@ fn drive(joint: &Joint) -> anyhow::Result<DriveParameters> {
             .with_rated_torque_unit(unit)
             .behind(joint.torque_scale.transmission)
             .with_limit_switches(joint.limits.position)
+            .with_identity(joint.drive.identity)
     })
 }

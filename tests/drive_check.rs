@@ -144,6 +144,69 @@ fn a_profile_is_all_that_its_makers_drive_needs() {
     }
 }
 
+/// Each with its own maker's number: as what its 1018h:01 says, or its `[DeviceInfo]`.
+#[test]
+fn a_drive_of_another_maker_is_refused_under_a_profile() {
+    for (profile, dictionary, found, wanted) in [
+        ("elmo-gold", Dictionary::epos4(), "251 (FBh)", "154 (9Ah)"),
+        ("maxon-epos4", Dictionary::gold(), "154 (9Ah)", "251 (FBh)"),
+    ] {
+        let robot = file(&format!("check-other-{profile}.toml"), &with_profile(profile));
+        let arguments = ["--node", "2", "--robot", robot.to_str().unwrap()];
+        let output = check(&format!("other-{profile}"), &dictionary, &arguments);
+        assert_eq!(output.status.code(), Some(CANNOT), "{profile}: {}", text(&output));
+        let findings: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let refused = rows(&findings, "no");
+        let row = refused.iter().find(|row| row["question"] == "Which drive is it?").unwrap();
+        assert!(row["object"].as_str().unwrap().starts_with("1018h:01"), "{row:#}");
+        assert_eq!((&row["found"], &row["wanted"]), (&found.into(), &wanted.into()));
+        assert!(row["remedies"][0].as_str().unwrap().contains("profile"), "{row:#}");
+    }
+}
+
+/// TPDO 20 is on, and nothing stands between it and TPDO 4: a start would not ask for it, so the entry switches it off.
+#[test]
+fn a_pdo_behind_a_gap_is_switched_off_by_the_entry() {
+    let section = "\n[1813sub1]\nParameterName=COB-ID\nObjectType=0x7\nDataType=0x0007\nAccessType=rw\n\
+                   DefaultValue=$NODEID+0x40000480\nPDOMapping=0\n";
+    let dictionary = Dictionary::own().and(section);
+    let (code, findings) = judged("behind-gap", &dictionary);
+    assert_eq!(code, WORKS_WITH, "{findings:#}");
+    // Node 2: 40000482h with bit 31 set.
+    let expected = "{ index = 0x1813, subindex = 1, type = \"u32\", value = 3221226626 }";
+    let joint = findings["joint"].as_str().unwrap();
+    assert!(joint.contains(expected), "{joint}");
+    assert_works_as_printed("behind-gap", &dictionary, joint);
+    let off = Dictionary::own().and(&section.replace("0x40000480", "0x80000480"));
+    assert_eq!(judged("behind-gap-off", &off).0, WORKS);
+}
+
+/// Opening a pipe waits for its writer, and a device has no end.
+#[test]
+fn what_is_no_file_is_refused_at_once() {
+    let pipe = scratch("check-pipe.eds");
+    let _ = fs::remove_file(&pipe);
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+    assert!(made.success());
+    let pipe = pipe.to_str().unwrap();
+    let own = file("check-no-file.eds", Dictionary::own().text());
+    for (path, found) in [("/dev/zero", "is a device"), (pipe, "is a pipe")] {
+        let profile =
+            file("check-pipe.toml", &with_profile("elmo-gold").replace("\"elmo-gold\"", &format!("{path:?}")));
+        for arguments in [
+            vec!["drive", "check", "--eds", path],
+            vec!["drive", "check", "--eds", own.to_str().unwrap(), "--robot", path],
+            vec!["check", "--robot", path],
+            vec!["check", "--robot", profile.to_str().unwrap()],
+        ] {
+            let output = uarm(&arguments);
+            assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", text(&output));
+            let told = text(&output);
+            assert!(told.contains(path) && told.contains(found), "{arguments:?}: {told}");
+        }
+    }
+}
+
 #[test]
 fn the_profiles_are_listed_and_printed() {
     let listed = uarm(&["drive", "profiles", "--json"]);
@@ -154,8 +217,8 @@ fn the_profiles_are_listed_and_printed() {
     let printed = uarm(&["drive", "profiles", "elmo-gold"]);
     assert_eq!(printed.stdout, fs::read("robots/profiles/elmo-gold.toml").unwrap());
     let unknown = uarm(&["drive", "profiles", "elmo"]);
-    assert_eq!(unknown.status.code(), Some(1));
-    assert!(text(&unknown).contains("expected one of elmo-gold, maxon-epos4"), "{}", text(&unknown));
+    assert_eq!(unknown.status.code(), Some(2), "a usage error");
+    assert!(text(&unknown).contains("[possible values: elmo-gold, maxon-epos4]"), "{}", text(&unknown));
 }
 
 #[test]

@@ -104,7 +104,7 @@ fn a_limit_that_cannot_be_kept_is_refused_before_anything_moves() {
     };
     let file = log.to_str().unwrap();
     refused(&["--log", file, "--log-limit", "1MB"], "1000000 bytes, expected at least 18105152");
-    refused(&["--log", file, "--log-limit", "18105151B"], "such as 500MB or 2GiB");
+    refused(&["--log", file, "--log-limit", "18105151B"], "such as 500MB, 1.5GB or 2GiB");
     refused(&["--log", "none", "--log-limit", "1GB"], "--log-limit: expected a log");
     refused(&["--log", "/dev/null", "--log-limit", "1GB"], "expected a file with --log-limit");
 }

@@ -7,7 +7,14 @@ use uarm_sim::drive::{AccessType, DriveDictionary, DriveObject, DriveParameters,
 /// The objects of `dictionary`, as an emulated drive of these parameters has them at power-on.
 pub fn maker_dictionary(dictionary: &Dictionary, drive: &DriveParameters) -> DriveDictionary {
     let node = drive.node().raw();
-    DriveDictionary::of_maker(drive, dictionary.objects().map(|object| drive_object(object, node)))
+    let identity = |object: &Object| dictionary.identity(object.address).map(Value::Unsigned32);
+    let objects = dictionary.objects().map(|object| {
+        let described = drive_object(object, node);
+        let is_known = object.value(node).and_then(|value| value.integer()).is_some_and(|number| number != 0);
+        let value = if is_known { described.value } else { identity(object).or(described.value) };
+        DriveObject { value, ..described }
+    });
+    DriveDictionary::of_maker(drive, objects)
 }
 
 fn drive_object(object: &Object, node: u8) -> DriveObject {

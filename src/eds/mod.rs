@@ -5,9 +5,11 @@ mod objects;
 
 use std::path::Path;
 
-use uarm_eds::{Dictionary, EdsError};
+use anyhow::Context;
+use uarm_eds::{Dictionary, LARGEST_FILE};
 
 use crate::console;
+use crate::text_file;
 
 pub use drive::maker_dictionary;
 pub use objects::DictionaryObjects;
@@ -15,9 +17,11 @@ pub use objects::DictionaryObjects;
 /// Reads an EDS or DCF file, and tells on standard error what in it cannot be read.
 ///
 /// # Errors
-/// If it is no such file.
-pub fn read(file: &Path) -> Result<Dictionary, EdsError> {
-    let dictionary = Dictionary::read(file)?;
+/// If it cannot be read, or is no such file.
+pub fn read(file: &Path) -> anyhow::Result<Dictionary> {
+    let name = file.display().to_string();
+    let bytes = text_file::read_bytes_up_to(file, LARGEST_FILE).with_context(|| name.clone())?;
+    let dictionary = Dictionary::parse(&name, &bytes)?;
     for problem in dictionary.problems() {
         console::tell(problem);
     }

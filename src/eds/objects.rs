@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use uarm_eds::{Address, Dictionary, Object as Described, Value};
 use uarm_io::drive::objects::Object;
-use uarm_io::drive::survey::{Access, Answer, Answered, ObjectSource};
+use uarm_io::drive::survey::{Access, Answer, Answered, ObjectSource, PdoSearch};
 
 /// The objects of a dictionary, at one node.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,16 @@ impl ObjectSource for DictionaryObjects<'_> {
 
     fn ask(&mut self, object: &Object) -> Result<Answered, Infallible> {
         let described = self.dictionary.object(object.address());
-        Ok(described.map_or_else(|| Answered::by_drive(Answer::Absent), |described| answered(described, self.node)))
+        let answered = described.map(|described| answered(described, self.node));
+        let identity = self.dictionary.identity(object.address()).map(|number| Answer::Number(number.into()));
+        if let (Some(Answered { answer: Answer::Unstated, .. }), Some(answer)) = (answered, identity) {
+            return Ok(Answered::by_drive(answer));
+        }
+        Ok(answered.unwrap_or_else(|| Answered::by_drive(Answer::Absent)))
+    }
+
+    fn pdo_search(&self) -> PdoSearch {
+        PdoSearch::All
     }
 }
 
@@ -94,6 +103,20 @@ mod tests {
         assert_eq!(ask(zero, &objects::SUPPORTED_MODES).answer, Answer::Unstated);
         let writable = "[6076]\nDataType=7\nAccessType=rw\nDefaultValue=0\n";
         assert_eq!(ask(writable, &objects::RATED_TORQUE).answer, Answer::Number(0));
+    }
+
+    #[test]
+    fn the_device_tells_the_maker_where_its_object_does_not() {
+        let text = "[DeviceInfo]\nVendorNumber=0xFB\nProductNumber=0\n[1018sub1]\nDataType=7\nAccessType=ro\n\
+                    [1018sub2]\nDataType=7\nAccessType=ro\nDefaultValue=0\n";
+        assert_eq!(ask(text, &objects::VENDOR_ID).answer, Answer::Number(0xFB));
+        assert_eq!(ask(text, &objects::PRODUCT_CODE).answer, Answer::Unstated);
+        let own = "[DeviceInfo]\nVendorNumber=0xFB\n[1018sub1]\nDataType=7\nAccessType=ro\nDefaultValue=0x9A\n";
+        assert_eq!(ask(own, &objects::VENDOR_ID).answer, Answer::Number(0x9A));
+        assert_eq!(
+            ask("[DeviceInfo]\nVendorNumber=1\n[1000]\nDataType=7\nAccessType=ro\n", &objects::VENDOR_ID).answer,
+            Answer::Absent
+        );
     }
 
     #[test]

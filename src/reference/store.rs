@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use uarm_io::encoder::Direction;
 
 use crate::robot::file::ObjectWrite;
+use crate::text_file;
 
 /// The version of the format.
 const SCHEMA: u32 = 1;
@@ -92,7 +93,7 @@ impl References {
     /// If the file cannot be read or is not one of references.
     pub fn read_beside(robot: &Path) -> anyhow::Result<Option<Self>> {
         let path = Self::path(robot);
-        let text = match fs::read_to_string(&path) {
+        let text = match text_file::read(&path) {
             Ok(text) => text,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(error).with_context(|| path.display().to_string()),

@@ -15,12 +15,12 @@ pub enum RobotError {
         source: std::io::Error,
     },
     /// It is no TOML, or a field is unknown, missing or of another type.
-    #[error("{}: {}", file.display(), in_words(&source.to_string()))]
+    #[error("{}: {}", file.display(), in_words(&error.to_string()))]
     Syntax {
         /// The file.
         file: PathBuf,
-        /// The place in the file, and what is wrong there.
-        source: Box<toml::de::Error>,
+        /// The place in the file, and what is wrong there. No source of this error: its words are in the message.
+        error: Box<toml::de::Error>,
     },
     /// A field has a value that it cannot have.
     #[error("{}: {field} = {value}: expected {expected}", file.display())]
@@ -132,6 +132,15 @@ mod tests {
     use crate::robot::overrides::Overrides;
     use crate::robot::{BUILT_IN, Robot};
     use std::path::Path;
+
+    #[test]
+    fn a_syntax_error_is_told_once() {
+        let text = BUILT_IN.replacen("node = 2\n", "node = 300\n", 1);
+        let error = Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).unwrap_err();
+        let told = crate::error_text::with_causes(&anyhow::Error::new(error));
+        assert_eq!(told.matches("300").count(), 2, "the line, and what is wrong in it: {told}");
+        assert_eq!(told.matches("TOML parse error").count(), 1, "{told}");
+    }
 
     #[test]
     fn a_number_outside_its_type_is_told_the_range() {

@@ -206,7 +206,7 @@ pub struct Encoder {
 
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Homing {
-    pub method: i8,
+    pub method: i64,
     pub speeds: [u32; 2],
     pub acceleration: Option<u32>,
     #[serde(default, skip_serializing_if = "is_default")]

@@ -75,7 +75,7 @@ impl TrainedSets {
     pub fn parse(name: &Path, text: &str) -> Result<Self, RobotError> {
         let check = Checker::new(name);
         let file: SetsFile = toml::from_str(text)
-            .map_err(|source| RobotError::Syntax { file: name.to_owned(), source: Box::new(source) })?;
+            .map_err(|error| RobotError::Syntax { file: name.to_owned(), error: Box::new(error) })?;
         if file.schema != SCHEMA {
             return Err(check.refuse("schema", file.schema, format!("{SCHEMA}")));
         }

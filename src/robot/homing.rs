@@ -34,10 +34,10 @@ pub(super) fn check(index: usize, joint: &file::Joint, check: &Checker<'_>) -> R
     if joint.encoder.reference != ReferenceKind::Incremental {
         return Err(check.refuse(field(""), "a table", "none, unless encoder.reference = \"incremental\""));
     }
-    if !is_method(homing.method) {
-        let expected = "a method of CiA 402, 1 to 14, 17 to 30 or 33 to 37, or a maker's below 0";
-        return Err(check.refuse(field(".method"), homing.method, expected));
-    }
+    let method = i8::try_from(homing.method).ok().filter(|method| is_method(*method)).ok_or_else(|| {
+        let expected = "a method of CiA 402, 1 to 14, 17 to 30 or 33 to 37, or a maker's, -128 to -1";
+        check.refuse(field(".method"), homing.method, expected)
+    })?;
     if homing.speeds.contains(&0) {
         let expected = "6099h:01 and :02 in the drive's own unit of velocity, above 0";
         return Err(check.refuse(field(".speeds"), format!("{:?}", homing.speeds), expected));
@@ -47,15 +47,18 @@ pub(super) fn check(index: usize, joint: &file::Joint, check: &Checker<'_>) -> R
     }
     let limits = &joint.limits;
     let angle = check.within(&field(".angle_deg"), homing.angle_deg, limits.minimum_deg, limits.maximum_deg)?;
-    let travel = check.positive(&field(".travel_deg"), homing.travel_deg)?;
-    check.within(&field(".travel_deg"), travel, 0.0, LONGEST_TRAVEL_DEG)?;
+    let travel = homing.travel_deg;
+    if !(travel > 0.0 && travel <= LONGEST_TRAVEL_DEG) {
+        let expected = format!("a number above 0, at most {LONGEST_TRAVEL_DEG}");
+        return Err(check.refuse(field(".travel_deg"), travel, expected));
+    }
     let timeout = homing.timeout_s.unwrap_or(TIMEOUT_S);
     if !(1..=LONGEST_TIMEOUT_S).contains(&timeout) {
         return Err(check.refuse(field(".timeout_s"), timeout, format!("1 to {LONGEST_TIMEOUT_S}")));
     }
     Ok(Some(Homing {
         wish: wishes::Homing {
-            method: homing.method,
+            method,
             switch_speed: homing.speeds[0],
             zero_speed: homing.speeds[1],
             acceleration: homing.acceleration,
@@ -80,12 +83,12 @@ fn counts_at_home(
         Some(counts) if counts == homing.offset || Some(counts) == negated => Ok(counts),
         found => {
             let found = found.map_or_else(|| "absent".to_owned(), |found| found.to_string());
-            let expected = format!(
-                "{} or {}: what 6064h reads at home with offset = {}, of which makers make both",
-                homing.offset,
-                negated.unwrap_or(i32::MAX),
-                homing.offset
-            );
+            let offset = homing.offset;
+            let either = match negated {
+                Some(negated) if negated != offset => format!("{offset} or {negated}"),
+                _ => offset.to_string(),
+            };
+            let expected = format!("{either}: what 6064h reads at home with offset = {offset}");
             Err(check.refuse(field(".counts_at_home"), found, expected))
         }
     }
@@ -133,14 +136,20 @@ mod tests {
         for (from, to, parts) in [
             ("method = 33", "method = 0", ["encoder.homing.method = 0", "17 to 30"]),
             ("method = 33", "method = 15", ["encoder.homing.method = 15", "33 to 37"]),
+            ("method = 33", "method = 300", ["encoder.homing.method = 300", "-128 to -1"]),
+            ("method = 33", "method = -129", ["encoder.homing.method = -129", "-128 to -1"]),
             ("[2000, 200]", "[2000, 0]", ["encoder.homing.speeds = [2000, 0]", "above 0"]),
             ("angle_deg = -90.0", "angle_deg = 171.0", ["encoder.homing.angle_deg = 171", "-170 to 170"]),
             ("travel_deg = 180.0", "travel_deg = 0.0", ["encoder.homing.travel_deg = 0", "above 0"]),
-            ("travel_deg = 180.0", "travel_deg = 721.0", ["encoder.homing.travel_deg = 721", "720"]),
+            ("travel_deg = 180.0", "travel_deg = 721.0", ["encoder.homing.travel_deg = 721", "above 0, at most 720"]),
             ("travel_deg", "timeout_s = 601, travel_deg", ["encoder.homing.timeout_s = 601", "1 to 600"]),
             ("travel_deg", "acceleration = 0, travel_deg", ["encoder.homing.acceleration = 0", "above 0"]),
             ("travel_deg", "offset = 7, travel_deg", ["encoder.homing.counts_at_home = absent", "7 or -7"]),
-            ("travel_deg", "counts_at_home = 7, travel_deg", ["encoder.homing.counts_at_home = 7", "offset = 0"]),
+            (
+                "travel_deg",
+                "counts_at_home = 7, travel_deg",
+                ["encoder.homing.counts_at_home = 7", "expected 0: what 6064h reads at home with offset = 0"],
+            ),
             ("travel_deg", "speed = 7, travel_deg", ["encoder.homing.speed = unknown field", "counts_at_home"]),
         ] {
             let message = parse("incremental", &WHOLE.replace(from, to)).unwrap_err();

@@ -125,7 +125,8 @@ impl Robot {
         }
         overrides.apply(&mut file, &check)?;
         let profiles = profile::apply(name, &mut file, &check)?;
-        let robot = Self { profiles, ..Self::check(name, text, file)? };
+        let checked = Self::check(name, text, file).map_err(|error| profile::told_where_written(error, &profiles))?;
+        let robot = Self { profiles, ..checked };
         let task = &robot.description.task.reference;
         demand::check(&robot.description, &robot.model, task, demand::TASK, &check)?;
         Ok(robot)

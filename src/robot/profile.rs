@@ -9,10 +9,12 @@ use uarm_io::torque::TorqueUnit;
 
 use super::error::{Checker, RobotError};
 use super::file::{
-    Encoder, Identity, Joint, ObjectType, ObjectWrite, Pdo, ResolutionObject, RobotFile, TargetTorqueOf, Watchdog, When,
+    Drive, Encoder, Identity, Joint, ObjectType, ObjectWrite, Pdo, ResolutionObject, RobotFile, TargetTorqueOf,
+    Watchdog, When,
 };
 use super::reading::read;
 use crate::text_file;
+use origins::Origins;
 
 /// The version of the format.
 const SCHEMA: u32 = 1;
@@ -94,11 +96,12 @@ pub struct UsedProfile {
     pub drives: String,
     /// From what it is known.
     pub evidence: String,
+    origins: Origins,
 }
 
 impl std::fmt::Display for UsedProfile {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { joint, profile, drives, evidence } = self;
+        let Self { joint, profile, drives, evidence, .. } = self;
         write!(formatter, "{joint}: profile {profile} ({drives}): {evidence}")
     }
 }
@@ -111,28 +114,36 @@ pub(super) fn apply(name: &Path, file: &mut RobotFile, check: &Checker<'_>) -> R
     let mut used = Vec::new();
     for (index, joint) in file.joints.iter_mut().enumerate() {
         let Some(profile_name) = joint.drive.profile.clone() else { continue };
-        let profile = find(&profile_name, name, || {
+        let profile = find(&profile_name, name, |why| {
             let shipped = SHIPPED.map(|(shipped, _)| shipped).join(", ");
-            let expected = format!("one of {shipped}, or the path of a profile, such as \"./my-drive.toml\"");
+            let expected = format!("one of {shipped}, or the path of a profile, such as \"./my-drive.toml\"{why}");
             check.refuse(format!("joints[{index}].drive.profile"), format!("{profile_name:?}"), expected)
         })?;
-        profile.complete(joint);
+        let origins = profile.complete(index, joint);
         let Profile { drives, evidence, .. } = profile;
-        used.push(UsedProfile { joint: joint.name.clone(), profile: profile_name, drives, evidence });
+        used.push(UsedProfile { joint: joint.name.clone(), profile: profile_name, drives, evidence, origins });
     }
     Ok(used)
 }
 
+/// The same error, told where it was written: a field that a profile gave is in the profile.
+pub(super) fn told_where_written(error: RobotError, used: &[UsedProfile]) -> RobotError {
+    used.iter().fold(error, |error, used| used.origins.tell(error, &used.profile))
+}
+
 /// The profile that is called `name` in the robot file `robot`: built in, or a file if the name is a path.
-fn find(name: &str, robot: &Path, unknown: impl FnOnce() -> RobotError) -> Result<Profile, RobotError> {
+///
+/// # Errors
+/// What `unknown` makes of the reason, if there is no such profile; else what is wrong in it.
+fn find(name: &str, robot: &Path, unknown: impl FnOnce(&str) -> RobotError) -> Result<Profile, RobotError> {
     if let Some((_, text)) = SHIPPED.iter().find(|(shipped, _)| *shipped == name) {
         return Profile::parse(Path::new(name), text);
     }
     if !name.contains('/') && !name.ends_with(".toml") {
-        return Err(unknown());
+        return Err(unknown(""));
     }
     let path: PathBuf = robot.parent().unwrap_or(Path::new("")).join(name);
-    let text = text_file::read(&path).map_err(|source| RobotError::Read { file: path.clone(), source })?;
+    let text = text_file::read(&path).map_err(|error| unknown(&format!("; {}: {error}", path.display())))?;
     Profile::parse(&path, &text)
 }
 
@@ -154,41 +165,42 @@ impl Profile {
         Ok(profile)
     }
 
-    /// Gives `joint` what it does not say itself.
-    fn complete(&self, joint: &mut Joint) {
-        let unit = &mut joint.drive.rated_torque_unit;
-        *unit = unit.or(self.drive.rated_torque_unit);
+    /// Gives joint `index` what it does not say itself.
+    fn complete(&self, index: usize, joint: &mut Joint) -> Origins {
+        let mut origins = Origins::of_joint(index);
+        let (encoder, defaults) = (&mut joint.encoder, &self.encoder);
+        let (drive, of_drive) = (&mut joint.drive, &self.drive);
+        origins.take(&mut drive.rated_torque_unit, of_drive.rated_torque_unit.as_ref(), "drive.rated_torque_unit");
         // Whether a number is written depends on what the joint says itself.
-        let writes: Vec<ObjectWrite> = self.drive.writes.iter().filter_map(|write| write.of(joint)).collect();
-        let Encoder { resolution_object, power_marker, referenced_bit, .. } = &mut joint.encoder;
-        *resolution_object = resolution_object.or(self.encoder.resolution_object);
-        if power_marker.is_none() && referenced_bit.is_none() {
-            *power_marker = self.encoder.power_marker.clone();
-            *referenced_bit = self.encoder.referenced_bit;
+        let writes = of_drive.writes.iter().enumerate();
+        let (numbers, writes): (Vec<usize>, Vec<ObjectWrite>) =
+            writes.filter_map(|(number, write)| Some((number, write.of(encoder, drive)?))).unzip();
+        origins.take(&mut encoder.resolution_object, defaults.resolution_object.as_ref(), "encoder.resolution_object");
+        if encoder.power_marker.is_none() && encoder.referenced_bit.is_none() {
+            origins.take(&mut encoder.power_marker, defaults.power_marker.as_ref(), "encoder.power_marker");
+            origins.take(&mut encoder.referenced_bit, defaults.referenced_bit.as_ref(), "encoder.referenced_bit");
         }
-        let (drive, defaults) = (&mut joint.drive, &self.drive);
-        let Identity { vendor, product, serial } = &mut drive.identity;
-        *vendor = vendor.or(defaults.identity.vendor);
-        *product = product.or(defaults.identity.product);
-        *serial = serial.or(defaults.identity.serial);
-        drive.target_torque_of = drive.target_torque_of.or(defaults.target_torque_of);
-        drive.torque_applies = drive.torque_applies.or(defaults.torque_applies);
+        let (identity, of_identity) = (&mut drive.identity, &of_drive.identity);
+        origins.take(&mut identity.vendor, of_identity.vendor.as_ref(), "drive.identity.vendor");
+        origins.take(&mut identity.product, of_identity.product.as_ref(), "drive.identity.product");
+        origins.take(&mut identity.serial, of_identity.serial.as_ref(), "drive.identity.serial");
+        origins.take(&mut drive.target_torque_of, of_drive.target_torque_of.as_ref(), "drive.target_torque_of");
+        origins.take(&mut drive.torque_applies, of_drive.torque_applies.as_ref(), "drive.torque_applies");
         if drive.watchdog.is_none() {
-            drive.watchdog = defaults.watchdog;
-            drive.rpdo_timeout_ms = drive.rpdo_timeout_ms.or(defaults.rpdo_timeout_ms);
+            origins.take(&mut drive.watchdog, of_drive.watchdog.as_ref(), "drive.watchdog");
+            origins.take(&mut drive.rpdo_timeout_ms, of_drive.rpdo_timeout_ms.as_ref(), "drive.rpdo_timeout_ms");
         }
-        drive.pdo = match (drive.pdo.take(), &defaults.pdo) {
-            (Some(own), Some(defaults)) => Some(completed(own, defaults)),
-            (own, defaults) => own.or_else(|| defaults.clone()),
-        };
+        if let Some(of_pdo) = &of_drive.pdo {
+            complete_pdo(drive.pdo.get_or_insert_default(), of_pdo, &mut origins);
+        }
         drive.writes.splice(0..0, writes);
+        origins.with_writes(numbers)
     }
 }
 
 impl ProfileWrite {
-    /// The entry for `joint`; none if the joint writes the object itself, or says itself that it is compared.
-    fn of(&self, joint: &Joint) -> Option<ObjectWrite> {
-        let (encoder, drive) = (&joint.encoder, &joint.drive);
+    /// The entry for the joint of this encoder and drive; none if the joint writes the object itself, or says itself that it is compared.
+    fn of(&self, encoder: &Encoder, drive: &Drive) -> Option<ObjectWrite> {
         let is_same = |own: &ObjectWrite| (own.index, own.subindex) == (self.index, self.subindex);
         if drive.writes.iter().any(is_same) {
             return None;
@@ -210,21 +222,19 @@ impl ProfileWrite {
     }
 }
 
-/// PDOs as a joint has them, and as its profile has them where the joint does not say.
-fn completed(own: Pdo, defaults: &Pdo) -> Pdo {
-    let list = |own: Vec<u16>, defaults: &Vec<u16>| if own.is_empty() { defaults.clone() } else { own };
-    Pdo {
-        rpdo: own.rpdo.or(defaults.rpdo),
-        rpdo_id: own.rpdo_id.or(defaults.rpdo_id),
-        rpdo_transmission: own.rpdo_transmission.or(defaults.rpdo_transmission),
-        tpdo: own.tpdo.or(defaults.tpdo),
-        tpdo_id: own.tpdo_id.or(defaults.tpdo_id),
-        torque_tpdo: own.torque_tpdo.or(defaults.torque_tpdo),
-        torque_tpdo_id: own.torque_tpdo_id.or(defaults.torque_tpdo_id),
-        keep_rpdos: list(own.keep_rpdos, &defaults.keep_rpdos),
-        keep_tpdos: list(own.keep_tpdos, &defaults.keep_tpdos),
-    }
+/// Gives a joint's PDOs what the joint does not say.
+fn complete_pdo(own: &mut Pdo, defaults: &Pdo, origins: &mut Origins) {
+    origins.take(&mut own.rpdo, defaults.rpdo.as_ref(), "drive.pdo.rpdo");
+    origins.take(&mut own.rpdo_id, defaults.rpdo_id.as_ref(), "drive.pdo.rpdo_id");
+    origins.take(&mut own.rpdo_transmission, defaults.rpdo_transmission.as_ref(), "drive.pdo.rpdo_transmission");
+    origins.take(&mut own.tpdo, defaults.tpdo.as_ref(), "drive.pdo.tpdo");
+    origins.take(&mut own.tpdo_id, defaults.tpdo_id.as_ref(), "drive.pdo.tpdo_id");
+    origins.take(&mut own.torque_tpdo, defaults.torque_tpdo.as_ref(), "drive.pdo.torque_tpdo");
+    origins.take(&mut own.torque_tpdo_id, defaults.torque_tpdo_id.as_ref(), "drive.pdo.torque_tpdo_id");
+    origins.take_list(&mut own.keep_rpdos, &defaults.keep_rpdos, "drive.pdo.keep_rpdos");
+    origins.take_list(&mut own.keep_tpdos, &defaults.keep_tpdos, "drive.pdo.keep_tpdos");
 }
 
+mod origins;
 #[cfg(test)]
 mod tests;

@@ -11,7 +11,7 @@ use super::error::RobotError;
 /// # Errors
 /// [`RobotError::Syntax`] if it is no TOML, or a field is missing or of another type.
 pub fn read<T: DeserializeOwned>(name: &Path, text: &str) -> Result<(T, Vec<String>), RobotError> {
-    let syntax = |source| RobotError::Syntax { file: name.to_owned(), source: Box::new(source) };
+    let syntax = |error| RobotError::Syntax { file: name.to_owned(), error: Box::new(error) };
     let mut unknown = Vec::new();
     let deserializer = toml::Deserializer::parse(text).map_err(syntax)?;
     // What may be left out has a step `?` of its own in the path.

@@ -30,6 +30,11 @@ impl Dictionary {
         Self(format!("{head}\n[{}", kept.join("\n[")))
     }
 
+    /// With sections more.
+    pub fn and(self, sections: &str) -> Self {
+        Self(format!("{}{sections}", self.0))
+    }
+
     /// With another value of a key in a section.
     pub fn with(self, section: &str, key: &str, value: &str) -> Self {
         let begin = self.0.find(&format!("[{section}]\n")).unwrap_or_else(|| panic!("there is no [{section}]"));
@@ -71,7 +76,11 @@ impl Dictionary {
 
     /// The traits of Elmo's Gold line: [`Dictionary::servo`], and no timeout of commands.
     pub fn gold() -> Self {
-        Self::servo().without("1400sub5").with("608Fsub2", "AccessType", "rw").with("6007", "DefaultValue", "1")
+        Self::servo()
+            .with("1018sub1", "DefaultValue", "0x9A")
+            .without("1400sub5")
+            .with("608Fsub2", "AccessType", "rw")
+            .with("6007", "DefaultValue", "1")
     }
 
     /// The traits of maxon's EPOS4: no SYNC counter, resolution and polarity in no standard object, rated torque to be set, what the
@@ -85,6 +94,7 @@ impl Dictionary {
             .without("1400sub5")
             .with("1000", "DefaultValue", "")
             .with("1018sub1", "DefaultValue", "")
+            .with("DeviceInfo", "VendorNumber", "0xFB")
             .with("1600sub0", "DefaultValue", "1")
             .with("1800sub1", "DefaultValue", "$NODEID+0x40000180")
             .with("1800sub2", "DefaultValue", "255")

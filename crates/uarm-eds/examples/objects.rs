@@ -1,6 +1,5 @@
 //! Lists the objects of an EDS or DCF file, and what in it cannot be read.
 
-use std::path::Path;
 use std::process::ExitCode;
 use uarm_eds::Dictionary;
 
@@ -9,7 +8,13 @@ const SAMPLE: &[u8] = b"[1000]\nParameterName=Device type\nDataType=0x0007\nAcce
 
 fn main() -> ExitCode {
     let dictionary = match std::env::args().nth(1) {
-        Some(file) => Dictionary::read(Path::new(&file)),
+        Some(file) => match std::fs::read(&file) {
+            Ok(bytes) => Dictionary::parse(&file, &bytes),
+            Err(error) => {
+                eprintln!("{file}: {error}");
+                return ExitCode::FAILURE;
+            }
+        },
         None => Dictionary::parse("sample", SAMPLE),
     };
     match dictionary {

@@ -22,6 +22,8 @@
 //! | `text` | bytes to sections of keys and values, with their lines |
 //! | `number`, `value` | numbers as CiA 306 writes them; values by data type |
 //! | `object` | one object |
+//! | `reader` | sections to objects |
+//! | `compact` | many objects in few lines: `CompactSubObj`, `CompactPDO` |
 //! | `dictionary` | all of them, and the device |
 //! | `problem` | what could not be read |
 //!
@@ -35,15 +37,17 @@
     deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing, clippy::as_conversions)
 )]
 
+mod compact;
 mod dictionary;
 mod number;
 mod object;
 mod problem;
+mod reader;
 mod text;
 mod value;
 
 pub use canopen_rs::{Address, DataType};
-pub use dictionary::{Device, Dictionary, EdsError};
+pub use dictionary::{Device, Dictionary, EdsError, LARGEST_FILE};
 pub use object::{Access, Object};
 pub use problem::Problem;
 pub use value::{Kind, Stated, Value};

@@ -52,6 +52,71 @@ fn compact_arrays_have_all_their_entries() {
 }
 
 #[test]
+fn compact_entries_have_names_of_their_own_and_none_are_none() {
+    let dictionary = parse(
+        "[2000]\nParameterName=Gain\nObjectType=8\nDataType=6\nAccessType=rw\nCompactSubObj=3\n\
+         [2000Name]\nNrOfEntries=1\n2=Gain of velocity\n\
+         [2001]\nObjectType=8\nSubNumber=2\nCompactSubObj=0\n\
+         [2001sub0]\nDataType=5\nAccessType=ro\nDefaultValue=1\n[2001sub1]\nDataType=6\nAccessType=rw\nDefaultValue=9\n\
+         [2002]\nObjectType=7\nDataType=6\nAccessType=rw\nDefaultValue=4\nCompactSubObj=0\n",
+    );
+    let name = |subindex| dictionary.object(Address::new(0x2000, subindex)).unwrap().name.clone();
+    assert_eq!([name(1), name(2), name(3)], ["Gain1", "Gain of velocity", "Gain3"]);
+    assert_eq!(number(&dictionary, 0x2001, 0), Some(1));
+    assert_eq!(number(&dictionary, 0x2001, 1), Some(9));
+    assert_eq!(number(&dictionary, 0x2002, 0), Some(4));
+    assert_eq!(dictionary.problems(), []);
+}
+
+/// `CompactPDO=0x13`: identifier, transmission type and event timer of each PDO; RPDO 2 has sections of its own.
+#[test]
+fn compact_pdos_are_those_that_have_no_sections() {
+    let dictionary = parse(
+        "[DeviceInfo]\nCompactPDO=0x13\nNrOfRXPDO=6\nNrOfTXPDO=1\n\
+         [1401]\nObjectType=9\nSubNumber=2\n[1401sub0]\nDataType=5\nAccessType=ro\nDefaultValue=1\n\
+         [1401sub1]\nParameterName=own\nDataType=7\nAccessType=ro\nDefaultValue=0x333\n",
+    );
+    assert_eq!(dictionary.problems(), []);
+    let there = |index, subindex| dictionary.object(Address::new(index, subindex)).is_some();
+    // As node 2. The first four have the predefined identifiers; those behind are off.
+    assert_eq!(number(&dictionary, 0x1400, 1), Some(0x202));
+    assert_eq!(number(&dictionary, 0x1401, 1), Some(0x333), "as its own section has it");
+    assert_eq!(number(&dictionary, 0x1402, 1), Some(0x402));
+    assert_eq!(number(&dictionary, 0x1403, 1), Some(0x502));
+    assert_eq!(number(&dictionary, 0x1404, 1), Some(0x8000_0000));
+    assert_eq!(number(&dictionary, 0x1405, 1), Some(0x8000_0000));
+    assert!(!there(0x1406, 1), "NrOfRXPDO counts the one with sections");
+    assert_eq!(number(&dictionary, 0x1800, 1), Some(0x182));
+    assert!(!there(0x1801, 1));
+    // Bits 0, 1 and 4: sub-indices 1, 2 and 5.
+    let subindices: Vec<u8> = (0..=7).filter(|subindex| there(0x1400, *subindex)).collect();
+    assert_eq!(subindices, [0, 1, 2, 5]);
+    assert_eq!(number(&dictionary, 0x1400, 0), Some(5), "the highest sub-index");
+    let timer = dictionary.object(Address::new(0x1400, 5)).unwrap();
+    assert_eq!((timer.kind, timer.access), (Kind::Basic(DataType::Unsigned16), Access::ReadWrite));
+    assert!(!there(0x1401, 2), "nothing is added to a PDO's own sections");
+    // Mappings of up to 64 objects that can be written; also that of the PDO whose own sections say nothing of it.
+    for index in [0x1600, 0x1601, 0x1605, 0x1A00] {
+        assert!(there(index, 0) && there(index, 64) && !there(index, 65), "{index:X}");
+        let entry = dictionary.object(Address::new(index, 1)).unwrap();
+        assert_eq!((entry.kind, entry.access), (Kind::Basic(DataType::Unsigned32), Access::ReadWrite));
+        assert_eq!(number(&dictionary, index, 0), None, "what they carry is known only to the drive");
+    }
+    assert!(!there(0x1606, 0) && !there(0x1A01, 0));
+}
+
+#[test]
+fn without_the_mask_there_are_no_compact_pdos_and_their_number_is_bounded() {
+    let rest = "[1000]\nDataType=7\nAccessType=ro\n";
+    let none = parse(&format!("[DeviceInfo]\nCompactPDO=0\nNrOfRXPDO=4\n{rest}"));
+    assert_eq!(none.objects().count(), 1);
+    let many = parse(&format!("[DeviceInfo]\nCompactPDO=1\nNrOfRXPDO=513\n{rest}"));
+    assert_eq!(many.objects().count(), 1);
+    let problems: Vec<String> = many.problems().iter().map(ToString::to_string).collect();
+    assert_eq!(problems, ["own.eds, line 3, [DeviceInfo] nrofrxpdo: found \"513\", expected 0 to 512 PDOs"]);
+}
+
+#[test]
 fn limits_and_access_are_as_stated() {
     let dictionary = parse(
         "[6060]\nDataType=2\nAccessType=rww\nPDOMapping=1\nLowLimit=-128\nHighLimit=10\n\
@@ -139,7 +204,7 @@ proptest! {
     #[test]
     fn any_values_are_read_without_a_panic(
         lines in proptest::collection::vec(
-            prop_oneof!["\\[[0-9A-F]{4}(sub|Sub)?[0-9A-F]{0,2}\\]", "(DataType|AccessType|DefaultValue|LowLimit|CompactSubObj|ObjectType)=.{0,12}"],
+            prop_oneof!["\\[DeviceInfo\\]", "\\[[0-9A-F]{4}(sub|Sub|Value|Name)?[0-9A-F]{0,2}\\]", "(DataType|AccessType|DefaultValue|LowLimit|CompactSubObj|CompactPDO|NrOfRXPDO|ObjectType)=.{0,12}"],
             0..60,
         ),
         node in any::<u8>(),

@@ -4,7 +4,6 @@ mod check;
 mod confirmation;
 mod direction;
 mod enabled;
-pub(super) mod node;
 mod patient_link;
 mod profiles;
 mod reference;

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::Context;
+use clap::builder::PossibleValuesParser;
 use serde::Serialize;
 
 use crate::console;
@@ -20,7 +20,7 @@ Examples:
   uarm drive profiles elmo-gold > my-drive.toml     to change it, and name it as `profile = \"./my-drive.toml\"`")]
 pub struct Arguments {
     /// Print this profile, as a file
-    #[arg(value_name = "PROFILE", conflicts_with = "json")]
+    #[arg(value_parser = PossibleValuesParser::new(SHIPPED.map(|(name, _)| name)), value_name = "PROFILE", conflicts_with = "json")]
     profile: Option<String>,
     /// Print JSON
     #[arg(long)]
@@ -38,15 +38,12 @@ struct Row {
 /// Lists the profiles, or prints one.
 ///
 /// # Errors
-/// If there is no such profile.
+/// If standard output cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let mut output = console::output();
     if let Some(name) = &arguments.profile {
         let found = SHIPPED.iter().find(|(shipped, _)| shipped == name);
-        let names = || SHIPPED.map(|(shipped, _)| shipped).join(", ");
-        let (_, text) =
-            found.with_context(|| format!("{name}: there is no such profile, expected one of {}", names()))?;
-        write!(output, "{text}")?;
+        write!(output, "{}", found.map_or("", |(_, text)| text))?;
         return Ok(ExitCode::SUCCESS);
     }
     let rows = SHIPPED.iter().map(|(name, text)| {

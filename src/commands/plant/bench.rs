@@ -61,6 +61,7 @@ impl<P: Plant + Clone> Bench for SimulatedRobot<P> {
     fn truth(&self) -> Option<Truth> {
         match self {
             Self::Canopen(robot) => robot.truth(),
+            Self::Bought(robot) => robot.truth(),
             Self::Odrive(_) => None,
         }
     }
@@ -68,6 +69,7 @@ impl<P: Plant + Clone> Bench for SimulatedRobot<P> {
     fn obey(&mut self, order: &Order, now: Instant, outbox: &mut Outbox) {
         match self {
             Self::Canopen(robot) => robot.obey(order, now, outbox),
+            Self::Bought(robot) => robot.obey(order, now, outbox),
             Self::Odrive(_) => {}
         }
     }

@@ -7,9 +7,9 @@ use std::time::Duration;
 use uarm_io::drive::NodeId;
 use uarm_sim::DriveFault;
 
-use crate::commands::drive::node::node_id;
 use crate::console;
 use crate::options::duration;
+use crate::options::node_id;
 
 /// What is done to a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,6 @@
 //! `uarm plant`: the emulated robot on a CAN interface, for hardware-in-the-loop tests without hardware.
 
 mod bench;
-mod bought;
 mod faults;
 mod power_up;
 mod serve;
@@ -13,12 +12,11 @@ use std::time::Duration;
 
 use anyhow::Context;
 use hinf_control::Disturbance;
-use uarm_io::drive::NodeId;
 use uarm_io::socketcan_link::{Reception, SocketCanLink};
 use uarm_loop::robot::Protocol;
 use uarm_sim::Pacing;
 
-use crate::commands::drive::node::node_id;
+use crate::bought::{Bought, DictionaryArguments};
 use crate::console;
 use crate::options::{self, choice};
 use crate::output_files::{Force, OutputFiles};
@@ -26,8 +24,7 @@ use crate::reference::incremental_joints;
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::signals;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate_bought, simulated};
-use bought::Bought;
+use crate::simulated_robot::{PlantChoice, SimulatedPlant, simulated_with};
 use faults::{Order, Schedule};
 use power_up::StartOf;
 use serve::{Extras, serve};
@@ -42,7 +39,7 @@ Examples:
   uarm run --can vcan0
 
   uarm plant --can vcan0 --robot my-robot.toml --eds drive.eds --node 2 --eds drive.eds --node 3
-  uarm plant --can vcan0 --fault 2@1.5s:over-temperature --truth truth.csv
+  uarm plant --can vcan0 --fault 2@1.5s:over-temperature --truth truth.mcap
 
 A joint whose encoder.reference is incremental counts from zero after each power-up of its drive: the whole path from power-up over
 `uarm drive reference` to the run and the loss of power can be rehearsed.
@@ -71,19 +68,15 @@ pub struct Arguments {
     /// The period of lockstep, such as 3ms, instead of the robot file's
     #[arg(long, allow_hyphen_values = true, value_parser = options::period, value_name = "TIME")]
     period: Option<Duration>,
-    /// A maker's dictionary (EDS or DCF): the drive of the --node that follows has its objects
-    #[arg(long, value_name = "FILE")]
-    eds: Vec<PathBuf>,
-    /// The drive that has the dictionary of --eds; may be left out for a DCF that names its node
-    #[arg(long, value_parser = node_id, value_name = "1..126", requires = "eds")]
-    node: Vec<NodeId>,
+    #[command(flatten)]
+    dictionaries: DictionaryArguments,
     /// How a drive starts: boot-time=700ms, emergency=8140, fault=3220, separated by commas; codes in hexadecimal digits
     #[arg(long, value_name = "NODE:HOW")]
     start: Vec<StartOf>,
     /// A fault of a drive, at a time of the plant or at once; - takes them as lines from standard input
     #[arg(long, value_name = "NODE[@TIME]:FAULT")]
     fault: Vec<String>,
-    /// Write the plant's true motion to a CSV file, a line for each SYNC
+    /// Write the plant's true motion for each SYNC: to an MCAP file if the name ends in .mcap, else as CSV
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     #[command(flatten)]
@@ -112,7 +105,9 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         PacingChoice::WallClock => Pacing::WallClock,
     };
     let schedule = schedule(&arguments.fault)?;
-    let bought = Bought::read(&arguments.eds, &arguments.node, &arguments.start, &robot.description.nodes())?;
+    let nodes = robot.description.nodes();
+    let starts = arguments.start.iter().map(|start| (start.node, start.power_up));
+    let bought = Bought::read(&arguments.dictionaries, &nodes)?.starting(starts, &nodes)?;
     let bought = bought.counting_from_zero(&incremental_joints(&robot));
     let is_bench = !bought.is_none() || !arguments.fault.is_empty() || arguments.truth.is_some();
     let is_canopen = matches!(robot.description.bus.protocol, Protocol::Canopen);
@@ -122,24 +117,20 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     );
     let plant = SimulatedPlant::new(&robot, arguments.plant, arguments.disturbance)?;
     let name = arguments.can.parse().with_context(|| format!("--can {}", arguments.can))?;
-    let inputs = arguments.robot.iter().chain(&arguments.eds).map(PathBuf::as_path);
+    let inputs = arguments.robot.iter().chain(&arguments.dictionaries.eds).map(PathBuf::as_path);
     let outputs = OutputFiles::new(arguments.force, inputs);
     outputs.check(arguments.truth.as_deref())?;
     let link = SocketCanLink::open(name, Reception::Everything)?;
     let truth = arguments.truth.as_deref().map(|path| TruthFile::create(path, &outputs)).transpose()?;
     let stop = signals::stop_request().context("signal handlers")?;
-    let nodes = robot.description.nodes().map(|node| node.to_string()).join(" ");
+    let nodes = nodes.map(|node| node.to_string()).join(" ");
     console::tell(format_args!(
         "{}: emulated drives, nodes {nodes}, on {} ({pacing:?})",
         robot.description.name, arguments.can
     ));
     let ready = format!("ready: nodes {nodes} on {}", arguments.can);
     let extras = Extras { faults: schedule, truth, ready };
-    if bought.is_none() {
-        serve(&mut simulated(&robot, plant, pacing)?, link, &stop, extras)?;
-    } else {
-        serve(emulate_bought(&robot, plant, pacing, &bought.drives())?.as_mut(), link, &stop, extras)?;
-    }
+    serve(&mut simulated_with(&robot, plant, pacing, &bought)?, link, &stop, extras)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -5,8 +5,8 @@ use std::str::FromStr;
 use uarm_io::drive::NodeId;
 use uarm_sim::PowerUp;
 
-use crate::commands::drive::node::node_id;
 use crate::options::duration;
+use crate::options::node_id;
 
 /// How the drive of a node starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,15 @@
-//! The plant's truth as a CSV file: one line for each SYNC while plant time passes.
+//! The plant's truth as an MCAP or CSV file: one message or line for each SYNC while plant time passes.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context;
+use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
+use serde::Serialize;
 use uarm_sim::Brake;
 
 use super::bench::Truth;
@@ -19,7 +23,7 @@ const HEADER: &str = "run,time_s,position_1_rad,position_2_rad,position_3_rad,\
 #[derive(Debug)]
 pub struct TruthFile {
     path: PathBuf,
-    file: BufWriter<File>,
+    format: Format,
     run: u32,
     last: Option<Duration>,
 }
@@ -31,9 +35,10 @@ impl TruthFile {
     /// If it cannot be written, or may not be replaced.
     pub fn create(path: &Path, outputs: &OutputFiles) -> anyhow::Result<Self> {
         let file = outputs.create(path)?;
-        let mut truth = Self { path: path.to_owned(), file: BufWriter::new(file), run: 0, last: None };
-        truth.line(HEADER)?;
-        Ok(truth)
+        let is_mcap = path.extension().is_some_and(|extension| extension == "mcap");
+        let format = if is_mcap { Format::mcap(file) } else { Format::csv(file) };
+        let format = format.with_context(|| path.display().to_string())?;
+        Ok(Self { path: path.to_owned(), format, run: 0, last: None })
     }
 
     /// Writes a line, if plant time passes.
@@ -49,24 +54,107 @@ impl TruthFile {
             self.run += 1;
         }
         self.last = Some(truth.time);
-        let line = line_of(self.run, truth);
-        self.line(&line)
+        self.format.write(self.run, truth).with_context(|| self.path.display().to_string())
     }
 
     /// Writes what is still to be written.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn finish(mut self) -> anyhow::Result<()> {
-        self.flush()
-    }
-
-    fn line(&mut self, line: &str) -> anyhow::Result<()> {
-        writeln!(self.file, "{line}").with_context(|| self.path.display().to_string())
+    pub fn finish(self) -> anyhow::Result<()> {
+        let Self { path, format, .. } = self;
+        format.finish().with_context(|| path.display().to_string())
     }
 
     fn flush(&mut self) -> anyhow::Result<()> {
-        self.file.flush().with_context(|| self.path.display().to_string())
+        self.format.flush().with_context(|| self.path.display().to_string())
+    }
+}
+
+/// How the truth is written.
+enum Format {
+    Csv(BufWriter<File>),
+    /// The file, and the identifier of its channel.
+    Mcap(Box<Mcap>, u16),
+}
+
+type Mcap = mcap::Writer<NoSeek<BufWriter<File>>>;
+
+impl std::fmt::Debug for Format {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Csv(_) => "Csv",
+            Self::Mcap(..) => "Mcap",
+        })
+    }
+}
+
+/// The one topic of an MCAP file, and what its messages are.
+const TOPIC: &str = "/truth";
+const SCHEMA: &str = include_str!("truth.schema.json");
+
+/// A message: joints 1 to 3, the passive base first.
+#[derive(Serialize)]
+struct Message {
+    run: u32,
+    time_s: f64,
+    position_rad: [f64; 3],
+    velocity_rad_per_s: [f64; 3],
+    torque_nm: [f64; 3],
+    brake: [bool; 3],
+}
+
+impl Format {
+    fn csv(file: File) -> anyhow::Result<Self> {
+        let mut file = BufWriter::new(file);
+        writeln!(file, "{HEADER}")?;
+        Ok(Self::Csv(file))
+    }
+
+    fn mcap(file: File) -> anyhow::Result<Self> {
+        // A pipe will do for a file.
+        let options = mcap::WriteOptions::new().profile("").disable_seeking(true);
+        let mut writer = options.create(NoSeek::new(BufWriter::new(file)))?;
+        let schema = writer.add_schema("uarm.Truth", "jsonschema", SCHEMA.as_bytes())?;
+        let channel = writer.add_channel(schema, TOPIC, "json", &BTreeMap::new())?;
+        Ok(Self::Mcap(Box::new(writer), channel))
+    }
+
+    fn write(&mut self, run: u32, truth: &Truth) -> anyhow::Result<()> {
+        match self {
+            Self::Csv(file) => writeln!(file, "{}", line_of(run, truth))?,
+            Self::Mcap(writer, channel) => {
+                let message = Message {
+                    run,
+                    time_s: truth.time.as_secs_f64(),
+                    position_rad: truth.position.into(),
+                    velocity_rad_per_s: truth.velocity.into(),
+                    torque_nm: truth.torque.into(),
+                    brake: truth.brakes.map(|brake| brake == Brake::Engaged),
+                };
+                // The wall clock, as in the controller's own log: both lie over each other in one view.
+                let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+                let now = u64::try_from(now.as_nanos()).unwrap_or(u64::MAX);
+                let header = MessageHeader { channel_id: *channel, sequence: 0, log_time: now, publish_time: now };
+                writer.write_to_known_channel(&header, &serde_json::to_vec(&message)?)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> anyhow::Result<()> {
+        match self {
+            Self::Csv(file) => file.flush()?,
+            Self::Mcap(writer, _) => writer.flush()?,
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> anyhow::Result<()> {
+        if let Self::Mcap(writer, _) = &mut self {
+            writer.finish()?;
+        }
+        self.flush()
     }
 }
 
@@ -83,16 +171,41 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
 
-    #[test]
-    fn a_line_has_as_many_fields_as_the_header() {
-        let truth = Truth {
+    fn truth() -> Truth {
+        Truth {
             time: Duration::from_millis(3),
             position: Vector3::new(0.0, 0.1, 0.2),
             velocity: Vector3::new(-1.0, 0.5, 1e-9),
             torque: Vector3::new(0.0, 0.025, -0.0125),
             brakes: [Brake::Engaged, Brake::Released, Brake::Released],
-        };
-        let line = line_of(2, &truth);
+        }
+    }
+
+    #[test]
+    fn a_message_has_the_truth_under_the_names_of_its_schema() {
+        let path = std::env::temp_dir().join(format!("uarm-truth-{}.mcap", std::process::id()));
+        let mut format = Format::mcap(File::create(&path).unwrap()).unwrap();
+        format.write(2, &truth()).unwrap();
+        format.finish().unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::remove_file(path).unwrap();
+        let messages: Vec<_> = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap).collect();
+        let [message] = messages.as_slice() else { panic!("{} messages", messages.len()) };
+        assert_eq!((message.channel.topic.as_str(), message.channel.message_encoding.as_str()), ("/truth", "json"));
+        let found: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
+        let expected = serde_json::json!({
+            "run": 2, "time_s": 0.003, "position_rad": [0.0, 0.1, 0.2], "velocity_rad_per_s": [-1.0, 0.5, 1e-9],
+            "torque_nm": [0.0, 0.025, -0.0125], "brake": [true, false, false],
+        });
+        assert_eq!(found, expected);
+        let schema: serde_json::Value = serde_json::from_slice(&message.channel.schema.as_ref().unwrap().data).unwrap();
+        let named: Vec<&String> = schema["properties"].as_object().unwrap().keys().collect();
+        assert_eq!(named, expected.as_object().unwrap().keys().collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_line_has_as_many_fields_as_the_header() {
+        let line = line_of(2, &truth());
         assert_eq!(line, "2,0.003,0,0.1,0.2,-1,0.5,0.000000001,0,0.025,-0.0125,1,0,0");
         assert_eq!(line.split(',').count(), HEADER.split(',').count());
     }

@@ -18,12 +18,13 @@ use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 use super::learned;
 use super::place::Place;
 use super::recording::{LogHandle, LoopSide};
+use crate::bought::Bought;
 use crate::console;
 use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
 use crate::drives::{Failure, ToDrives, receive_identifiers, run_on};
 use crate::realtime::Realtime;
 use crate::robot::Robot;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant, SimulatedRobot, simulated};
+use crate::simulated_robot::{PlantChoice, SimulatedPlant, SimulatedRobot, simulated_with};
 
 /// All that a run needs on its own thread.
 pub struct LoopThread<'a> {
@@ -33,6 +34,8 @@ pub struct LoopThread<'a> {
     pub settings: &'a Settings,
     /// Where it takes place.
     pub place: &'a Place,
+    /// What is known of the simulated robot's drives.
+    pub bought: &'a Bought,
     /// How the thread is scheduled.
     pub realtime: Realtime,
     /// What the run is recorded in.
@@ -97,30 +100,32 @@ impl LoopThread<'_> {
             DisturbanceSite::Command => Disturbance::None,
         };
         let plant = SimulatedPlant::new(self.robot, plant, disturbance)?;
-        Ok(InProcessLink::new(simulated(self.robot, plant, Pacing::WallClock)?, clock))
+        Ok(InProcessLink::new(simulated_with(self.robot, plant, Pacing::WallClock, self.bought)?, clock))
     }
 
     fn on<L: Link, C: Clock>(self, link: L, clock: C) -> anyhow::Result<Finished>
     where
         L::Error: Send + Sync + 'static,
     {
-        let Self { robot, settings, place, loop_side, observer, announcement, .. } = self;
+        let Self { robot, settings, place, bought, loop_side, observer, announcement, .. } = self;
         let experiment = Experiment { robot, settings, announcement };
         match loop_side {
             Some(LoopSide { cycles, frames }) => {
                 let link = ObservedLink::new(link, |direction, frame: &_, at| frames.record(direction, frame, at));
-                experiment.finish(to_drives(place, link), clock, cycles, observer)
+                experiment.finish(to_drives(place, bought, link), clock, cycles, observer)
             }
-            None => experiment.finish(to_drives(place, link), clock, NoRecorder, observer),
+            None => experiment.finish(to_drives(place, bought, link), clock, NoRecorder, observer),
         }
     }
 }
 
-/// The way to the drives. What is learned of real ones is printed.
-fn to_drives<L>(place: &Place, link: L) -> ToDrives<L> {
+/// The way to the drives. What is learned of real ones is printed, and of those that stand for them.
+fn to_drives<L>(place: &Place, bought: &Bought, link: L) -> ToDrives<L> {
     match place {
-        Place::Interface(_) => ToDrives { learned: learned::print, ..ToDrives::over(link) },
-        Place::SimulatedRealTime(_) | Place::SimulatedVirtualTime(_) => ToDrives::over(link),
+        Place::SimulatedRealTime(_) | Place::SimulatedVirtualTime(_) if bought.is_none() => ToDrives::over(link),
+        Place::Interface(_) | Place::SimulatedRealTime(_) | Place::SimulatedVirtualTime(_) => {
+            ToDrives { learned: learned::print, ..ToDrives::over(link) }
+        }
     }
 }
 

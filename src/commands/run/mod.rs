@@ -22,6 +22,7 @@ use uarm_loop::settings::Settings;
 use uarm_loop::task_clock::PeriodSource;
 use uarm_loop::torque::DisturbanceSite;
 
+use crate::bought::{Bought, DictionaryArguments};
 use crate::console;
 use crate::exit::Exit;
 use crate::log_files::LogChoice;
@@ -46,9 +47,10 @@ Examples:
   uarm run --controller adaptive --plant ideal
   uarm plant --can vcan0 &  uarm run --can vcan0
   uarm run --can can0 --robot my-robot.toml  real drives: keep a hand on the emergency stop
+  uarm run --virtual-time --robot my-robot.toml --eds drive.eds --node 2 --eds drive.eds --node 3
 
-The simulated robot has the joints and limits of the robot file, but drives of its own: those of a maker's dictionary are emulated by
-`uarm plant --eds`, for a run with --can.")]
+The simulated robot has the joints and limits of the robot file, and drives of its own, or with the objects of makers' dictionaries
+(--eds): a robot of bought drives is rehearsed so before it is wired.")]
 pub struct Arguments {
     /// The control law
     #[arg(long, default_value = Law::Nonlinear.name(), value_parser = choice::<Law>(), value_name = "LAW")]
@@ -57,11 +59,13 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
     /// Drive the real drives on this CAN interface, such as can0 or vcan0
-    #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["plant", "virtual_time"])]
+    #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["plant", "virtual_time", "eds"])]
     can: Option<String>,
     /// What the simulated robot is
     #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
     plant: PlantChoice,
+    #[command(flatten)]
+    dictionaries: DictionaryArguments,
     /// Run the simulated robot in virtual time: the same loop, as fast as it goes, bit for bit the same each time
     #[arg(long)]
     virtual_time: bool,
@@ -130,6 +134,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         realtime: realtime(arguments)?,
         log: arguments.log.clone().unwrap_or_default(),
         log_limit: log_limit(arguments, &robot)?,
+        bought: Bought::read(&arguments.dictionaries, &robot.description.nodes())?,
     };
     let mut reports = Vec::new();
     for number in 1..=arguments.repeat {

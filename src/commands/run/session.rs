@@ -17,6 +17,7 @@ use super::loop_thread::{Finished, LoopThread};
 use super::place::Place;
 use super::recording::{End, LogContent, Recorded, Repetition, RunRecording};
 use super::watch::show_progress;
+use crate::bought::Bought;
 use crate::dimensions::Progress;
 use crate::error_text::with_causes;
 use crate::log_files::LogChoice;
@@ -25,7 +26,7 @@ use crate::report::{Ending, RunReport, Subject};
 use crate::robot::Robot;
 
 /// A series of experiments.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Session {
     /// What each of them does.
     pub settings: Settings,
@@ -37,6 +38,8 @@ pub struct Session {
     pub log: LogChoice,
     /// How much of that is kept.
     pub log_limit: SizeLimit,
+    /// What is known of the simulated robot's drives.
+    pub bought: Bought,
 }
 
 impl Session {
@@ -94,6 +97,7 @@ impl Session {
                 robot,
                 settings: &self.settings,
                 place: &self.place,
+                bought: &self.bought,
                 realtime: self.realtime,
                 loop_side,
                 log,

@@ -88,7 +88,54 @@ fn a_profile_of_ones_own_is_beside_the_robot_file() {
     let own = robot("profile = \"profiles/elmo-gold.toml\"", "").unwrap();
     assert_eq!(settings(&own), settings(&robot("profile = \"elmo-gold\"", "").unwrap()));
     let message = robot("profile = \"./nowhere.toml\"", "").unwrap_err();
-    assert!(message.contains("robots/./nowhere.toml: cannot be read"), "{message}");
+    for part in [
+        "robots/test.toml: joints[0].drive.profile = \"./nowhere.toml\"",
+        "elmo-gold, maxon-epos4",
+        "robots/./nowhere.toml: No such file",
+    ] {
+        assert!(message.contains(part), "{message}: expected {part}");
+    }
+    let message = robot("profile = \"/dev/zero\"", "").unwrap_err();
+    assert!(message.contains("/dev/zero: is a device, expected a file"), "{message}");
+}
+
+/// What a profile gave and cannot be is told as the profile's; what the robot file says, under the number that it has there.
+#[test]
+fn what_is_wrong_is_told_where_it_was_written() {
+    let folder = std::env::temp_dir().join(format!("uarm-profile-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("own.toml");
+    let head = "schema = 1\ndrives = \"mine\"\nevidence = \"tried\"\n";
+    let named = format!("profile = {:?}", path.display().to_string());
+    let write = |index: u16, value: i64| format!("{{ index = {index}, subindex = 0, type = \"u8\", value = {value} }}");
+    let told = |profile: &str, own: &str| {
+        std::fs::write(&path, format!("{head}{profile}")).unwrap();
+        robot(&format!("{named}{own}"), "").unwrap_err()
+    };
+    let place = format!("profile {}: ", path.display());
+    let message = told("[drive]\nwatchdog = \"rpdo-timeout\"\nrpdo_timeout_ms = 8\n", "");
+    assert!(message.starts_with(&format!("{place}drive.rpdo_timeout_ms = 8: expected at least 9")), "{message}");
+    assert!(message.contains("joints[0].drive.profile in robots/test.toml"), "{message}");
+    let message = told("[drive]\npdo = { rpdo = 600 }\n", "");
+    assert!(message.starts_with(&format!("{place}drive.pdo.rpdo = 600: expected 1 to 512")), "{message}");
+    // Its first entry is the robot file's own, so that the second is the only one that it gives.
+    let own = format!(", writes = [{}, {}]", write(0x2000, 1), write(0x2002, 2));
+    let message = told(&format!("[drive]\nwrites = [{}, {}]\n", write(0x2000, 1), write(0x2001, 300)), &own);
+    assert!(message.starts_with(&format!("{place}drive.writes[1].value = 300")), "{message}");
+    let own = format!(", writes = [{}, {}]", write(0x2003, 1), write(0x2002, 301));
+    let message = told(&format!("[drive]\nwrites = [{}]\n", write(0x2001, 3)), &own);
+    assert!(message.starts_with("robots/test.toml: joints[0].drive.writes[1].value = 301"), "{message}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn shipped_profiles_pin_their_maker() {
+    for (name, vendor) in [("elmo-gold", 0x9A), ("maxon-epos4", 0xFB)] {
+        let found = robot(&format!("profile = \"{name}\""), "").unwrap();
+        assert_eq!(found.description.joints[0].drive.identity.vendor, Some(vendor), "{name}");
+    }
+    let own = robot("profile = \"elmo-gold\", identity = { vendor = 7 }", "").unwrap();
+    assert_eq!(own.description.joints[0].drive.identity.vendor, Some(7));
 }
 
 #[test]

@@ -76,15 +76,16 @@ impl DriveDictionary {
 
     /// A maker's objects. Where one has no value, the emulated drive's own object of that address lends it, or it is zero.
     ///
-    /// A rating (6075h, 6076h, 608Fh) that cannot be written and is said to be 0 has the emulated drive's value too: a
-    /// dictionary that says so knows nothing of the motor.
+    /// A number of the identity (1018h) or a rating (6075h, 6076h, 608Fh) that cannot be written and is said to be 0 has the emulated
+    /// drive's value too: a dictionary that says so knows nothing of the drive or its motor.
     pub fn of_maker(drive: &DriveParameters, objects: impl IntoIterator<Item = DriveObject>) -> Self {
         let mut objects: Vec<DriveObject> = objects.into_iter().collect();
         objects.sort_by_key(|object| object.address);
         objects.dedup_by_key(|object| object.address);
         for object in &mut objects {
-            let is_rating = matches!(object.address.index, 0x6075 | 0x6076 | 0x608F) && !object.access.is_writable();
-            if is_rating && object.value.and_then(|value| number_of(&value)) == Some(0) {
+            let is_rating = matches!(object.address.index, 0x1018 | 0x6075 | 0x6076 | 0x608F);
+            if is_rating && !object.access.is_writable() && object.value.and_then(|value| number_of(&value)) == Some(0)
+            {
                 object.value = None;
             }
             object.value = object.value.or_else(|| lent(drive, object));

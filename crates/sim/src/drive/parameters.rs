@@ -4,6 +4,7 @@ use core::time::Duration;
 
 use super::encoder::{Encoder, EncoderDescription, EncoderError};
 use uarm_io::drive::NodeId;
+use uarm_io::drive::wishes::PinnedIdentity;
 use uarm_io::encoder::Direction;
 use uarm_io::gear::Transmission;
 use uarm_io::torque::TorqueUnit;
@@ -92,6 +93,7 @@ pub struct DriveParameters {
     unit: TorqueUnit,
     transmission: Transmission,
     limit_switches: Option<[f64; 2]>,
+    identity: PinnedIdentity,
 }
 
 impl DriveParameters {
@@ -114,7 +116,7 @@ impl DriveParameters {
             return Err(DriveError::Zero { node: raw, name: "rated_current" });
         }
         let encoder = Encoder::new(encoder, direction).map_err(|error| DriveError::Encoder { node: raw, error })?;
-        let (power_up, unit, transmission, limit_switches) = Default::default();
+        let (power_up, unit, transmission, limit_switches, identity) = Default::default();
         Ok(Self {
             node,
             rated_torque,
@@ -125,6 +127,7 @@ impl DriveParameters {
             unit,
             transmission,
             limit_switches,
+            identity,
         })
     }
 
@@ -163,6 +166,17 @@ impl DriveParameters {
     #[must_use]
     pub const fn with_limit_switches(self, angles: [f64; 2]) -> Self {
         Self { limit_switches: Some(angles), ..self }
+    }
+
+    /// The same drive with these numbers in 1018h; those that are not said are its own.
+    #[must_use]
+    pub const fn with_identity(self, identity: PinnedIdentity) -> Self {
+        Self { identity, ..self }
+    }
+
+    /// What it says of itself beside its own: see [`with_identity`](Self::with_identity).
+    pub(super) const fn identity(&self) -> PinnedIdentity {
+        self.identity
     }
 
     /// Where the limit switches are: see [`with_limit_switches`](Self::with_limit_switches).

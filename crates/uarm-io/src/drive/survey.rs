@@ -131,6 +131,21 @@ pub trait ObjectSource {
     /// # Errors
     /// If nothing can be said, not even that the object is absent.
     fn ask(&mut self, object: &Object) -> Result<Answered, Self::Error>;
+
+    /// How far its PDOs are looked for.
+    fn pdo_search(&self) -> PdoSearch {
+        PdoSearch::UntilGap
+    }
+}
+
+/// How far the PDOs of a drive are looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PdoSearch {
+    /// Until [`LONGEST_GAP`] numbers in a row are absent: a drive is asked over SDO, and all 512 of both directions would take a
+    /// slow one a minute.
+    UntilGap,
+    /// All 512 numbers: a dictionary file answers at once.
+    All,
 }
 
 /// Objects of a mapping that are looked at; no mapping of this master is longer.
@@ -153,6 +168,17 @@ pub struct PdoRecord {
     pub entries: [Answer; MAPPING_ENTRIES],
     /// What may be done with them.
     pub entry_access: Access,
+    /// Whether the drive itself would be asked for it.
+    pub reach: Reach,
+}
+
+/// Whether a PDO is found when the drive is asked for its PDOs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// It is.
+    Asked,
+    /// It stands behind [`LONGEST_GAP`] numbers without a PDO: only a dictionary file tells of it.
+    BehindGap,
 }
 
 /// Bit 31 of a PDO's identifier: it is off.
@@ -181,8 +207,8 @@ impl PdoRecord {
 pub const MOST_PDOS: usize = 32;
 /// PDOs up to this number are kept whether they are on or off, those beyond only if they are on.
 const ALWAYS_KEPT: u16 = 16;
-/// Behind so many numbers without a PDO no more are looked for: all 512 of both directions would take a slow drive a minute.
-const LONGEST_GAP: u32 = 8;
+/// Behind so many numbers without a PDO a drive is asked for no more.
+pub const LONGEST_GAP: u32 = 8;
 
 /// The objects that are asked for, beside those of PDOs and of the robot file.
 const ASKED: &[&Object] = &[
@@ -333,15 +359,18 @@ impl Survey {
 
 /// All PDOs of one kind, and whether there was room for them.
 fn pdos<S: ObjectSource>(source: &mut S, kind: PdoKind) -> Result<(Pdos, Room), S::Error> {
-    let (mut found, mut gap) = (Pdos::new(), 0);
+    let (mut found, mut gap, mut reach) = (Pdos::new(), 0, Reach::Asked);
     for number in PdoNumber::all() {
         let identifier = source.ask(&kind.identifier(number))?;
         if !identifier.answer.is_there() {
             gap += 1;
             if gap == LONGEST_GAP {
-                break;
+                reach = Reach::BehindGap;
             }
-            continue;
+            match source.pdo_search() {
+                PdoSearch::UntilGap if reach == Reach::BehindGap => break,
+                PdoSearch::UntilGap | PdoSearch::All => continue,
+            }
         }
         gap = 0;
         let is_off = identifier.answer.number().is_some_and(|identifier| identifier & PDO_OFF != 0);
@@ -351,7 +380,7 @@ fn pdos<S: ObjectSource>(source: &mut S, kind: PdoKind) -> Result<(Pdos, Room), 
         if found.is_full() {
             return Ok((found, Room::Exceeded(kind, number)));
         }
-        let _ = found.push(pdo(source, kind, number, identifier)?);
+        let _ = found.push(PdoRecord { reach, ..pdo(source, kind, number, identifier)? });
     }
     Ok((found, Room::Enough))
 }
@@ -372,5 +401,6 @@ fn pdo<S: ObjectSource>(
         let answered = source.ask(&kind.mapped_object(number, subindex))?;
         (*entry, entry_access) = (answered.answer, answered.access);
     }
-    Ok(PdoRecord { number, identifier, transmission, event_timer, count, entries, entry_access })
+    let reach = Reach::Asked;
+    Ok(PdoRecord { number, identifier, transmission, event_timer, count, entries, entry_access, reach })
 }

@@ -14,6 +14,7 @@ use uarm_io::drive::{Address, NodeId};
 use crate::dimensions::JOINTS;
 use crate::robot::overrides::Overrides;
 use crate::robot::{BUILT_IN, Robot};
+use crate::text_file;
 
 /// The joint that stands for a drive when no joint has its node: the first that is driven.
 const FIRST_DRIVEN: usize = 1;
@@ -32,7 +33,7 @@ impl Candidate {
     /// The joint with that node in a robot file, else in the built-in robot; there, a joint takes any node.
     pub fn new(file: Option<&Path>, node: Option<u8>) -> anyhow::Result<Self> {
         let (name, text) = match file {
-            Some(file) => (file.to_owned(), std::fs::read_to_string(file).with_context(|| file.display().to_string())?),
+            Some(file) => (file.to_owned(), text_file::read(file).with_context(|| file.display().to_string())?),
             None => (PathBuf::from(BUILT_IN_NAME), BUILT_IN.to_owned()),
         };
         // Whatever is wrong with it is told as everywhere else.

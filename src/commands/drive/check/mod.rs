@@ -16,10 +16,10 @@ use uarm_io::drive::plan::named_objects;
 use uarm_io::drive::survey::Survey;
 use uarm_io::socketcan_link::InterfaceName;
 
-use super::node::node_id;
 use crate::console;
 use crate::eds::{self, DictionaryObjects};
 use crate::exit::Exit;
+use crate::options::node_id;
 use candidate::Candidate;
 use judgement::{Judgement, Outcome, judge};
 use report::Report;

@@ -14,10 +14,10 @@ use uarm_io::drive::NodeId;
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::socketcan_link::{InterfaceName, Reception, SocketCanLink};
 
-use super::node::node_id;
 use super::patient_link::PatientLink;
 use crate::console;
 use crate::exit::Exit;
+use crate::options::node_id;
 use crate::robot::Robot;
 use crate::{sdo_access, signals};
 use text::Finding;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use uarm_io::drive::NodeId;
 use uarm_io::socketcan_link::InterfaceName;
 
-use crate::commands::drive::node::node_id;
+use crate::options::node_id;
 use crate::realtime::RealtimeArguments;
 
 /// Arguments of `uarm drive reference`.

@@ -20,9 +20,9 @@ use uarm_loop::stop_request::StopRequest;
 
 use super::confirmation::{Confirmation, confirm};
 use super::enabled::{Brakes, enabled};
-use super::node::node_id;
 use crate::console;
 use crate::exit::Exit;
+use crate::options::node_id;
 use crate::realtime::RealtimeArguments;
 use crate::robot::Robot;
 use crate::signals;

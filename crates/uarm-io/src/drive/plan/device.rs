@@ -35,7 +35,11 @@ impl Planner<'_> {
                 Answer::Number(found) if found == wanted => {}
                 // A dictionary file knows no serial number.
                 Answer::Unstated => unknown = Some(row.noting(READ_AT_START)),
-                _ => return row.refusing("the drive that drive.identity names, or its numbers there"),
+                _ => {
+                    return row.refusing(
+                        "the drive that drive.identity or the joint's profile names; or its numbers in drive.identity",
+                    );
+                }
             }
         }
         let recorded = self.row(Question::Identity, &objects::VENDOR_ID, Wanted::Words("anything; it is recorded"));

@@ -2,14 +2,14 @@
 
 use super::finding::{Finding, Question, Remedy, Verdict, Wanted};
 use super::planner::{Fit, Planner, fit};
-use crate::drive::objects;
+use crate::drive::objects::{self, Object};
 use crate::drive::pdo_objects::{PdoKind, PdoNumber};
 use crate::drive::survey::{
-    Access, Answer, PDO_EXTENDED, PDO_IDENTIFIER, PDO_NO_REMOTE_FRAME, PDO_OFF, PdoRecord, Room,
+    Access, Answer, PDO_EXTENDED, PDO_IDENTIFIER, PDO_NO_REMOTE_FRAME, PDO_OFF, PdoRecord, Reach, Room,
 };
 use crate::drive::wire;
-use crate::drive::wishes::PdoChannel;
-use canopen_rs::MappingEntry;
+use crate::drive::wishes::{PdoChannel, Setting};
+use canopen_rs::{MappingEntry, Value};
 
 /// What a PDO of the cycle has to be.
 struct Wish<'m> {
@@ -178,7 +178,15 @@ impl Planner<'_> {
                     continue;
                 }
                 let object = kind.identifier(record.number);
-                if record.identifier.access.may_write() {
+                if record.reach == Reach::BehindGap && record.identifier.access.may_write() {
+                    if !self.is_switched_off_by_file(&object) {
+                        let off = record.identifier.answer.number().unwrap_or_default() | PDO_OFF;
+                        let off = u32::try_from(off).unwrap_or(u32::MAX);
+                        let remedy = Remedy::Write(Setting::new(object.address(), Value::Unsigned32(off)));
+                        row = Finding { object: object.address(), found: record.identifier.answer, ..row }
+                            .with(Verdict::WorksWith, remedy);
+                    }
+                } else if record.identifier.access.may_write() {
                     self.write_identifier(&object, record.identifier.answer.number().unwrap_or_default() | PDO_OFF);
                 } else {
                     row = Finding { object: object.address(), found: record.identifier.answer, ..row }
@@ -187,6 +195,18 @@ impl Planner<'_> {
             }
         }
         row
+    }
+}
+
+impl Planner<'_> {
+    /// True if `drive.writes` switches off the PDO with this identifier: one that a start does not look for.
+    fn is_switched_off_by_file(&self, identifier: &Object) -> bool {
+        let drive = self.drive;
+        let mut settings = drive.settings.iter().chain(&drive.later_settings);
+        settings.any(|setting| {
+            let value = Answer::of(setting.value).number();
+            setting.address == identifier.address() && value.is_some_and(|value| value & PDO_OFF != 0)
+        })
     }
 }
 

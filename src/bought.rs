@@ -8,42 +8,70 @@ use uarm_io::drive::NodeId;
 use uarm_sim::PowerUp;
 use uarm_sim::drive::CounterAtPowerUp;
 
-use super::power_up::StartOf;
 use crate::dimensions::JOINTS;
 use crate::eds;
-use crate::simulated_robot::BoughtDrive;
+use crate::options::node_id;
+
+/// Which drives of a simulated robot have a maker's dictionary.
+#[derive(Debug, clap::Args)]
+pub struct DictionaryArguments {
+    /// A maker's dictionary (EDS or DCF): the drive of the --node that follows has its objects
+    #[arg(long, value_name = "FILE")]
+    pub eds: Vec<PathBuf>,
+    /// The drive that has the dictionary of --eds; may be left out for a DCF that names its node
+    #[arg(long, value_parser = node_id, value_name = "1..126", requires = "eds")]
+    pub node: Vec<NodeId>,
+}
+
+/// A drive that somebody else made.
+#[derive(Clone, Copy, Debug)]
+pub struct BoughtDrive<'a> {
+    /// Its maker's dictionary; without it the emulation's own.
+    pub dictionary: Option<&'a Dictionary>,
+    /// How it starts.
+    pub power_up: PowerUp,
+}
 
 /// What is known of each joint's drive.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Bought {
     dictionaries: [Option<Dictionary>; JOINTS],
     starts: [PowerUp; JOINTS],
 }
 
 impl Bought {
-    /// Reads the dictionaries; the first is for the first of `nodes`, and so on. Those without a node are DCF files that name it.
+    /// Reads the dictionaries; the first is for the first node, and so on. Those without a node are DCF files that name it.
     ///
     /// # Errors
     /// If a file cannot be read, or a node is none of the robot's.
-    pub fn read(files: &[PathBuf], nodes: &[NodeId], starts: &[StartOf], robot: &[u8; JOINTS]) -> anyhow::Result<Self> {
-        let joint = |node: u8| {
-            let position = robot.iter().position(|other| *other == node);
-            position.with_context(|| format!("node {node}: expected one of the robot's, {robot:?}"))
-        };
+    pub fn read(arguments: &DictionaryArguments, robot: &[u8; JOINTS]) -> anyhow::Result<Self> {
+        let DictionaryArguments { eds: files, node: nodes } = arguments;
         if nodes.len() > files.len() {
             bail!("--node {} times, expected as many as --eds, {}", nodes.len(), files.len());
         }
-        let mut bought = Self { dictionaries: Default::default(), starts: Default::default() };
+        let mut bought = Self::default();
         for (position, file) in files.iter().enumerate() {
             let dictionary = eds::read(file)?;
             let node = nodes.get(position).map(|node| node.raw()).or(dictionary.node());
             let node = node.with_context(|| format!("--eds {}: expected --node with it", file.display()))?;
-            bought.dictionaries[joint(node)?] = Some(dictionary);
-        }
-        for start in starts {
-            bought.starts[joint(start.node.raw())?] = start.power_up;
+            bought.dictionaries[joint(node, robot)?] = Some(dictionary);
         }
         Ok(bought)
+    }
+
+    /// The same, where drives have a past.
+    ///
+    /// # Errors
+    /// If a node is none of the robot's.
+    pub fn starting(
+        mut self,
+        starts: impl IntoIterator<Item = (NodeId, PowerUp)>,
+        robot: &[u8; JOINTS],
+    ) -> anyhow::Result<Self> {
+        for (node, power_up) in starts {
+            self.starts[joint(node.raw(), robot)?] = power_up;
+        }
+        Ok(self)
     }
 
     /// The same, where the drives of some joints, by index, count from zero after each power-up.
@@ -70,4 +98,9 @@ impl Bought {
             power_up: starts.next().copied().unwrap_or_default(),
         })
     }
+}
+
+fn joint(node: u8, robot: &[u8; JOINTS]) -> anyhow::Result<usize> {
+    let position = robot.iter().position(|other| *other == node);
+    position.with_context(|| format!("node {node}: expected one of the robot's, {robot:?}"))
 }
