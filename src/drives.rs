@@ -181,7 +181,10 @@ mod tests {
             raw.sort_unstable();
             raw
         };
-        assert_eq!(of(&odrive(&[])), [0x21, 0x29, 0x41, 0x49, 0x61, 0x69]);
+        let axis = [0x01, 0x09, 0x02, 0x07, 0x0B, 0x0E, 0x18];
+        let expected: Vec<u16> =
+            [0x20, 0x40, 0x60].iter().flat_map(|node| axis.map(|message| node + message)).collect();
+        assert_eq!(of(&odrive(&[])), expected);
         let canopen = of(&Robot::load(None).unwrap().description);
         assert!([0x081, 0x182, 0x583, 0x701].iter().all(|id| canopen.contains(id)), "{canopen:03X?}");
     }

@@ -234,6 +234,7 @@ fn axis(bus: &Bus, positions: Positions, index: usize, joint: &Joint) -> anyhow:
         clock_error_ppm: CLOCK_ERRORS_PPM[index],
     })
     .with_context(|| joint.name.clone())
+    .map(|axis| axis.behind(scale.transmission))
 }
 
 fn encoder(joint: &Joint) -> anyhow::Result<EncoderDescription> {

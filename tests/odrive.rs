@@ -310,6 +310,25 @@ impl Link for Witness<'_> {
     }
 }
 
+/// Joint 2 behind a gear: ten turns of a motor with a tenth of the torque are the joint's one.
+#[test]
+fn a_geared_axis_does_the_task_as_a_direct_one() {
+    const DIRECT: &str = "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", \
+                          zero_counts = 0 }\ndrive = { rated_torque_nm = 0.2, writes = [] }";
+    const GEARED: &str = "node = 2\ngear_ratio = [10, 1]\nencoder = { counts_per_revolution = 8192, counter_bits = 32, \
+                          direction = \"positive\", zero_counts = 0 }\ndrive = { rated_torque_nm = 0.02, writes = [] }";
+    let index = |robot: &Robot| {
+        let mut clock = VirtualClock::default();
+        let link = link(robot, &clock);
+        l2(robot, link, &mut clock)
+    };
+    let (direct, geared) = (index(&odrive(("", ""))), index(&odrive((DIRECT, GEARED))));
+    // The finer counts of the geared encoder are all that differs.
+    assert!((geared / direct - 1.0).abs() < 0.02, "{geared} and {direct}");
+    let axes = odrive((DIRECT, GEARED)).description.odrive_configuration(Positions::OnRequest).unwrap().axes;
+    assert_eq!(axes.map(|axis| axis.counts_per_turn.ratio()), [(33_739, 1), (8_192, 1), (33_739, 1)]);
+}
+
 fn end_of(stop: &StopRequest, at_400: &dyn Fn()) {
     let robot = odrive(("", ""));
     assert!(matches!(robot.description.bus.protocol, Protocol::Odrive(Positions::OnRequest)));

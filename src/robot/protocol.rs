@@ -22,10 +22,6 @@ pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<Protocol, R
             let expected = format!("a node id of an ODrive axis, {} to {}", range.start(), range.end());
             return Err(check.refuse(format!("joints[{index}].node"), joint.node, expected));
         }
-        if joint.gear_ratio.is_some() {
-            let expected = "none: gears are not built for ODrive axes yet";
-            return Err(check.refuse(format!("joints[{index}].gear_ratio"), "a ratio", expected));
-        }
         if !joint.drive.writes.is_empty() {
             let field = format!("joints[{index}].drive.writes");
             let expected = "none: ODrive axes have no CANopen objects";
@@ -72,8 +68,6 @@ mod tests {
         assert!(message.contains("joints[2].node = 63") && message.contains("1 to 62"), "{message}");
         let message = refused("writes = []", "writes = [{ index = 0x6007, subindex = 0, type = \"i16\", value = 1 }]");
         assert!(message.contains("joints[0].drive.writes = 1 objects"), "{message}");
-        let message = refused("node = 3", "node = 3\ngear_ratio = [100, 1]");
-        assert!(message.contains("joints[2].gear_ratio"), "{message}");
         let message = refused("protocol = \"odrive\"", "protocol = \"moteus\"");
         assert!(message.contains("moteus") && message.contains("canopen"), "{message}");
         let message = refused("protocol = \"odrive\"", "protocol = \"canopen\"");

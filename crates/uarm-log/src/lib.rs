@@ -31,6 +31,7 @@
 //! | [`time_axis`] | instants of the loop on the axis of the file |
 //! | [`records`], [`chunk`], [`layout`] | the file's records, also of a damaged file, in bounded memory |
 //! | [`decoder`] | what they tell |
+//! | [`json_topic`] | a file of one topic with JSON messages |
 //! | [`regular_file`] | files opened that end: no devices, no pipes |
 //! | [`signals`], [`csv`] | the signals of a cycle by name; CSV files |
 //! | [`candump`] | `candump -L` files |
@@ -48,6 +49,7 @@ pub mod description;
 pub mod drives;
 pub mod follow;
 pub mod health;
+pub mod json_topic;
 pub mod keyframe;
 pub mod layout;
 pub mod ordered;

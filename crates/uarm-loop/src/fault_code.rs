@@ -188,6 +188,8 @@ impl<E> Coded for OdriveStartError<E> {
     fn code(&self) -> FaultCode {
         match self {
             Self::Link(_) => FaultCode::LinkFailed,
+            Self::AnotherMaster(_) => FaultCode::OtherMaster,
+            Self::TwoAxes { .. } => FaultCode::TwoDrivesOneNode,
             Self::NotHeard { .. } => FaultCode::DriveNotFound,
             Self::NotReached { .. } | Self::NoPosition { .. } => FaultCode::DriveNotReady,
             Self::Position { .. } => FaultCode::EncoderImplausible,
@@ -201,6 +203,8 @@ impl<E> Coded for OdriveCycleError<E> {
     fn code(&self) -> FaultCode {
         match self {
             Self::Link(_) => FaultCode::LinkFailed,
+            Self::AnotherMaster(_) => FaultCode::OtherMaster,
+            Self::TwoAxes { .. } => FaultCode::TwoDrivesOneNode,
             Self::Position { .. } => FaultCode::EncoderImplausible,
             Self::NotArmed { .. } => FaultCode::DriveNotEnabled,
             Self::Lost { .. } => FaultCode::DriveSilent,

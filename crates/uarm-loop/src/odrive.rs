@@ -2,6 +2,7 @@
 
 use uarm_io::drive::odrive::wire::AxisNode;
 use uarm_io::drive::odrive::{OdriveAxis, OdriveConfiguration, OdriveTimes, Positions};
+use uarm_io::encoder::CountsPerRevolution;
 
 use crate::robot::{Joint, Robot};
 
@@ -31,6 +32,7 @@ impl<const J: usize, const N: usize> Robot<J, N> {
             heartbeat_timeout: bus.drive_timeout,
             watchdog: bus.controller_timeout,
             feed: bus.controller_heartbeat,
+            listen: bus.listen,
             presence: bus.timeouts.boot,
             state: bus.timeouts.power,
         };
@@ -42,7 +44,15 @@ fn axis(joint: &Joint) -> OdriveAxis {
     OdriveAxis {
         // The caller has checked the node, so the fallback is never taken.
         node: AxisNode::new(joint.node.raw()).unwrap_or(AxisNode::FIRST),
-        counts_per_turn: joint.encoder.counts_per_revolution,
+        // The axis counts turns of its motor, on which the encoder is.
+        counts_per_turn: of_motor(joint),
         rated_torque: joint.torque_scale.rated_torque,
     }
+}
+
+/// Counts of a revolution of the motor. A checked robot file says them in whole numbers; the joint's are those without a gear.
+fn of_motor(joint: &Joint) -> CountsPerRevolution {
+    let of_joint = joint.encoder.counts_per_revolution;
+    let counts = of_joint.of_motor(joint.torque_scale.transmission.ratio());
+    counts.and_then(|counts| CountsPerRevolution::new(counts).ok()).unwrap_or(of_joint)
 }

@@ -1,15 +1,13 @@
 //! The plant's truth as an MCAP or CSV file: one message or line for each SYNC while plant time passes.
 
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context;
-use mcap::records::MessageHeader;
-use mcap::write::NoSeek;
 use serde::Serialize;
+use uarm_log::json_topic::{JsonTopic, JsonTopicWriter};
 use uarm_sim::Brake;
 
 use super::bench::Truth;
@@ -74,24 +72,21 @@ impl TruthFile {
 /// How the truth is written.
 enum Format {
     Csv(BufWriter<File>),
-    /// The file, and the identifier of its channel.
-    Mcap(Box<Mcap>, u16),
+    Mcap(Box<JsonTopicWriter<File>>),
 }
-
-type Mcap = mcap::Writer<NoSeek<BufWriter<File>>>;
 
 impl std::fmt::Debug for Format {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter.write_str(match self {
             Self::Csv(_) => "Csv",
-            Self::Mcap(..) => "Mcap",
+            Self::Mcap(_) => "Mcap",
         })
     }
 }
 
-/// The one topic of an MCAP file, and what its messages are.
-const TOPIC: &str = "/truth";
-const SCHEMA: &str = include_str!("truth.schema.json");
+/// The topic of an MCAP file.
+const TOPIC: JsonTopic =
+    JsonTopic { name: "/truth", schema_name: "uarm.Truth", schema: include_str!("truth.schema.json") };
 
 /// A message: joints 1 to 3, the passive base first.
 #[derive(Serialize)]
@@ -112,18 +107,13 @@ impl Format {
     }
 
     fn mcap(file: File) -> anyhow::Result<Self> {
-        // A pipe will do for a file.
-        let options = mcap::WriteOptions::new().profile("").disable_seeking(true);
-        let mut writer = options.create(NoSeek::new(BufWriter::new(file)))?;
-        let schema = writer.add_schema("uarm.Truth", "jsonschema", SCHEMA.as_bytes())?;
-        let channel = writer.add_channel(schema, TOPIC, "json", &BTreeMap::new())?;
-        Ok(Self::Mcap(Box::new(writer), channel))
+        Ok(Self::Mcap(Box::new(JsonTopicWriter::new(file, &TOPIC)?)))
     }
 
     fn write(&mut self, run: u32, truth: &Truth) -> anyhow::Result<()> {
         match self {
             Self::Csv(file) => writeln!(file, "{}", line_of(run, truth))?,
-            Self::Mcap(writer, channel) => {
+            Self::Mcap(writer) => {
                 let message = Message {
                     run,
                     time_s: truth.time.as_secs_f64(),
@@ -135,8 +125,7 @@ impl Format {
                 // The wall clock, as in the controller's own log: both lie over each other in one view.
                 let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
                 let now = u64::try_from(now.as_nanos()).unwrap_or(u64::MAX);
-                let header = MessageHeader { channel_id: *channel, sequence: 0, log_time: now, publish_time: now };
-                writer.write_to_known_channel(&header, &serde_json::to_vec(&message)?)?;
+                writer.write(now, &serde_json::to_vec(&message)?)?;
             }
         }
         Ok(())
@@ -145,16 +134,17 @@ impl Format {
     fn flush(&mut self) -> anyhow::Result<()> {
         match self {
             Self::Csv(file) => file.flush()?,
-            Self::Mcap(writer, _) => writer.flush()?,
+            Self::Mcap(writer) => writer.flush()?,
         }
         Ok(())
     }
 
-    fn finish(mut self) -> anyhow::Result<()> {
-        if let Self::Mcap(writer, _) = &mut self {
-            writer.finish()?;
+    fn finish(self) -> anyhow::Result<()> {
+        match self {
+            Self::Csv(mut file) => file.flush()?,
+            Self::Mcap(writer) => writer.finish()?,
         }
-        self.flush()
+        Ok(())
     }
 }
 

@@ -25,6 +25,9 @@ use crate::realtime::Realtime;
 use crate::report::{Ending, RunReport, Subject};
 use crate::robot::Robot;
 
+/// Emulated drives with makers' dictionaries hold their objects by value, 0.4 MB each, and are made on the loop's stack.
+const STACK_WITH_DICTIONARIES: usize = 32 << 20;
+
 /// A series of experiments.
 #[derive(Debug)]
 pub struct Session {
@@ -105,7 +108,9 @@ impl Session {
                 announcement: if repetition.number == 1 { &announcement } else { &[] },
             };
             let run = move || loop_thread.run();
-            let experiment = thread::Builder::new().name("uarm-loop".into()).spawn_scoped(scope, run)?;
+            let builder = thread::Builder::new().name("uarm-loop".into());
+            let builder = if self.bought.is_none() { builder } else { builder.stack_size(STACK_WITH_DICTIONARIES) };
+            let experiment = builder.spawn_scoped(scope, run)?;
             if self.place.clock() == ClockKind::Monotonic {
                 show_progress(progress, robot.description.task.motion().end(), || experiment.is_finished());
             }

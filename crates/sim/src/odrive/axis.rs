@@ -83,7 +83,8 @@ impl EmulatedAxis {
             return 0.0;
         }
         let limit = self.parameters.maximum_torque;
-        self.parameters.encoder.direction().apply(self.torque.clamp(-limit, limit))
+        let motor = self.parameters.encoder.direction().apply(self.torque.clamp(-limit, limit));
+        motor * self.parameters.transmission.torque_factor()
     }
 
     /// Boots: idle, without errors, cyclic messages running.
@@ -111,7 +112,7 @@ impl EmulatedAxis {
     /// Takes the joint's angle, rad, into the position estimate.
     pub(super) fn measure(&mut self, angle: f64) {
         let encoder = &self.parameters.encoder;
-        let counts = f64::from(encoder.counts(angle));
+        let counts = f64::from(encoder.counts(angle * self.parameters.transmission.ratio().factor()));
         self.turns = narrow(counts / f64::from(encoder.description().counts_per_revolution));
     }
 

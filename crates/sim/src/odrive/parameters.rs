@@ -4,6 +4,7 @@ use crate::drive::{Encoder, EncoderDescription, EncoderError};
 use core::time::Duration;
 use uarm_io::drive::odrive::wire::AxisNode;
 use uarm_io::encoder::Direction;
+use uarm_io::gear::Transmission;
 
 /// An emulated axis, as plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,6 +74,7 @@ pub struct AxisParameters {
     pub(super) encoder_period: Option<Duration>,
     pub(super) encoder_phase: Duration,
     pub(super) watchdog: Option<Duration>,
+    pub(super) transmission: Transmission,
 }
 
 /// The shortest period of a message.
@@ -104,7 +106,14 @@ impl AxisParameters {
             encoder_period: some(description.encoder_period),
             encoder_phase: own_time(description.encoder_phase),
             watchdog: some(description.watchdog),
+            transmission: Transmission::DIRECT,
         })
+    }
+
+    /// The same axis with a gear between its motor, on which the encoder is, and the joint.
+    #[must_use]
+    pub const fn behind(self, transmission: Transmission) -> Self {
+        Self { transmission, ..self }
     }
 
     /// Node id.

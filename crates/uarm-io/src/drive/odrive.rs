@@ -26,7 +26,7 @@ pub mod turns;
 pub mod wire;
 
 pub use configuration::{OdriveAxis, OdriveConfiguration, OdriveTimes, Positions};
-pub use error::{OdriveCycleError, OdriveStartError};
+pub use error::{ForeignCommand, OdriveCycleError, OdriveStartError};
 pub use master::OdriveNetwork;
 
 #[cfg(test)]

@@ -42,6 +42,8 @@ pub struct OdriveTimes {
     pub watchdog: Duration,
     /// How often a torque of zero feeds the watchdogs while there is no cycle.
     pub feed: Duration,
+    /// How long it is listened for another master before anything is sent.
+    pub listen: Duration,
     /// How long an axis may take to be heard at first.
     pub presence: Duration,
     /// How long an axis may take to reach a state.
@@ -49,13 +51,14 @@ pub struct OdriveTimes {
 }
 
 impl OdriveTimes {
-    /// Heartbeats every 50 ms, borne for 200 ms; a watchdog of 50 ms, fed every 10 ms; 3 s to be heard, 2 s for a state.
+    /// Heartbeats every 50 ms, borne for 200 ms; a watchdog of 50 ms, fed every 10 ms; 200 ms of listening, 3 s to be heard, 2 s for a state.
     pub const fn usual() -> Self {
         Self {
             heartbeat: Duration::from_millis(50),
             heartbeat_timeout: Duration::from_millis(200),
             watchdog: Duration::from_millis(50),
             feed: Duration::from_millis(10),
+            listen: Duration::from_millis(200),
             presence: Duration::from_secs(3),
             state: Duration::from_secs(2),
         }
@@ -74,10 +77,11 @@ pub struct OdriveConfiguration<const JOINTS: usize> {
 }
 
 impl<const JOINTS: usize> OdriveConfiguration<JOINTS> {
-    /// The identifiers that the axes send.
+    /// The identifiers that the axes send, and those that only their master sends: another's frames then.
     pub fn receive_identifiers(&self) -> impl Iterator<Item = StandardId> + '_ {
         self.axes.iter().flat_map(|axis| {
-            [Message::Heartbeat, Message::EncoderEstimates].map(|message| message.identifier(axis.node))
+            let of_axis = [Message::Heartbeat, Message::EncoderEstimates];
+            of_axis.into_iter().chain(Message::OF_MASTER).map(|message| message.identifier(axis.node))
         })
     }
 }

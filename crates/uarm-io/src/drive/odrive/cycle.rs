@@ -3,6 +3,7 @@
 use super::configuration::Positions;
 use super::error::{OdriveCycleError, OdriveStartError};
 use super::master::{Axis, NO_DEADLINE, OdriveNetwork};
+use super::wire::AxisNode;
 use super::{turns, wire};
 use crate::drive::RobotDrives;
 use crate::drive::identity::DriveIdentity;
@@ -71,7 +72,7 @@ where
                 None => break,
             }
         }
-        self.armed()?;
+        self.sound()?;
         self.feedback()
     }
 
@@ -91,7 +92,7 @@ where
 
     fn housekeeping(&mut self, now: Instant) -> Result<(), Self::CycleError> {
         self.drain()?;
-        self.armed()?;
+        self.sound()?;
         let limit = self.configuration.times.heartbeat_timeout;
         for axis in &self.axes {
             let silence = now.since(axis.health.last_heartbeat_at.unwrap_or_default());
@@ -123,7 +124,16 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
             let at = self.send(&wire::estimates_request(node))?;
             first.get_or_insert(at);
         }
+        for axis in &mut self.axes {
+            axis.asked += 1;
+        }
         Ok(first.unwrap_or_default())
+    }
+
+    /// The first axis that gave more positions than it was asked for, where they are asked for.
+    pub(super) fn twin(&self) -> Option<AxisNode> {
+        let is_asked = self.configuration.positions == Positions::OnRequest;
+        self.axes.iter().find(|axis| is_asked && axis.is_twin()).map(|axis| axis.node)
     }
 
     /// True if the axis's last position can be used in this cycle.
@@ -136,8 +146,15 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
         }
     }
 
-    /// An error for the first axis that is not armed, as far as its last heartbeat tells.
-    fn armed(&self) -> Result<(), OdriveCycleError<L::Error>> {
+    /// An error if somebody else commands the axes, two have one node id, or one is not armed, as far as its last heartbeat
+    /// tells.
+    fn sound(&self) -> Result<(), OdriveCycleError<L::Error>> {
+        if let Some(foreign) = self.foreign {
+            return Err(OdriveCycleError::AnotherMaster(foreign));
+        }
+        if let Some(axis) = self.twin() {
+            return Err(OdriveCycleError::TwoAxes { axis });
+        }
         match self.axes.iter().find(|axis| !axis.heartbeat.is_armed()) {
             Some(axis) => Err(OdriveCycleError::NotArmed { axis: axis.node, found: axis.heartbeat }),
             None => Ok(()),

@@ -1,9 +1,31 @@
 //! What goes wrong with the axes.
 
 use super::turns::TurnsError;
-use super::wire::{AxisNode, Heartbeat};
+use super::wire::{AxisNode, Heartbeat, Message};
 use crate::time::Duration;
 use core::fmt;
+
+/// A frame that only the axes' master sends, from somebody else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ForeignCommand {
+    /// The axis that it is for.
+    pub axis: AxisNode,
+    /// What it is.
+    pub message: Message,
+}
+
+impl fmt::Display for ForeignCommand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { axis, message } = self;
+        let identifier = message.identifier(*axis).as_raw();
+        write!(
+            f,
+            "{} to ODrive axis {axis} (identifier {identifier:03X}h) is not from this controller: ",
+            message.name()
+        )?;
+        f.write_str("is another one running on this bus?")
+    }
+}
 
 /// Why the axes did not start. After any of these the robot has to be stopped.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -11,6 +33,15 @@ pub enum OdriveStartError<E> {
     /// The link failed.
     #[error("the CAN link failed")]
     Link(#[from] E),
+    /// Somebody else commands the axes.
+    #[error("{0}")]
+    AnotherMaster(ForeignCommand),
+    /// More answers than requests.
+    #[error("{}", Twins(*axis))]
+    TwoAxes {
+        /// The axis.
+        axis: AxisNode,
+    },
     /// No heartbeat came.
     #[error(
         "no heartbeat of ODrive axis {axis} within {waited:?}: check its supply, node_id, bit rate and heartbeat_msg_rate_ms"
@@ -77,6 +108,15 @@ pub enum OdriveCycleError<E> {
     /// The link failed.
     #[error("the CAN link failed")]
     Link(#[from] E),
+    /// Somebody else commands the axes.
+    #[error("{0}")]
+    AnotherMaster(ForeignCommand),
+    /// More answers than requests.
+    #[error("{}", Twins(*axis))]
+    TwoAxes {
+        /// The axis.
+        axis: AxisNode,
+    },
     /// A position cannot be used.
     #[error("ODrive axis {axis}: {source}")]
     Position {
@@ -103,6 +143,14 @@ pub enum OdriveCycleError<E> {
         /// Time borne.
         limit: Duration,
     },
+}
+
+struct Twins(AxisNode);
+
+impl fmt::Display for Twins {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "ODrive axis {} answered more often than it was asked: are there two axes with node id {0}?", self.0)
+    }
 }
 
 struct State(Heartbeat);

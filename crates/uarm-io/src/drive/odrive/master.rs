@@ -1,6 +1,7 @@
 //! The master: what it holds, sending, and the one place where frames from the axes are read.
 
 use super::configuration::OdriveConfiguration;
+use super::error::ForeignCommand;
 use super::wire::{self, AxisNode, AxisState, EncoderEstimates, Heartbeat, Message};
 use crate::drive::cia402::{PowerState, Statusword};
 use crate::drive::network::{LastDefence, NetworkHealth, NodeHealth};
@@ -20,6 +21,10 @@ pub struct OdriveNetwork<L: Link, const JOINTS: usize> {
     pub(super) deadline: Instant,
     pub(super) next_feed: Instant,
     pub(super) traffic: Traffic,
+    /// The first frame of another master that was heard.
+    pub(super) foreign: Option<ForeignCommand>,
+    /// The bus is another master's: nothing is sent, not even a stop.
+    pub(super) is_withheld: bool,
 }
 
 /// Before an answer is waited for, none is late.
@@ -37,6 +42,9 @@ pub(super) struct Axis {
     pub(super) missed: bool,
     /// The answer to the request before may still come.
     pub(super) late: bool,
+    /// Requests for its position, and positions that came: of one axis not more than those.
+    pub(super) asked: u64,
+    pub(super) answered: u64,
     pub(super) heartbeat: Heartbeat,
     /// [`LastDefence::RpdoTimeout`] once its watchdog was seen to disarm it.
     pub(super) last_defence: LastDefence,
@@ -61,12 +69,24 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
             fresh: false,
             missed: false,
             late: false,
+            asked: 0,
+            answered: 0,
             heartbeat: Heartbeat::default(),
             last_defence: LastDefence::None,
             health: NodeHealth { node: axis.node.raw(), ..NodeHealth::default() },
         });
         let (sync_at, next_feed) = (Instant::default(), Instant::default());
-        Self { link, configuration, axes, sync_at, deadline: NO_DEADLINE, next_feed, traffic: Traffic::default() }
+        Self {
+            link,
+            configuration,
+            axes,
+            sync_at,
+            deadline: NO_DEADLINE,
+            next_feed,
+            traffic: Traffic::default(),
+            foreign: None,
+            is_withheld: false,
+        }
     }
 
     /// The link to the bus.
@@ -119,6 +139,14 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
         let sender = Message::of(received.frame.id())
             .and_then(|(message, node)| Some((message, self.axes.iter_mut().find(|axis| axis.node == node)?)));
         let (data, deadline) = (received.frame.data(), self.deadline);
+        // Its own frames do not come back to a master.
+        if let Some((message, axis)) = &sender
+            && message.is_of_master(data)
+        {
+            self.foreign.get_or_insert(ForeignCommand { axis: axis.node, message: *message });
+            self.traffic.unexpected += 1;
+            return;
+        }
         let read = match sender {
             Some((Message::Heartbeat, axis)) => {
                 Heartbeat::decode(data).map(|heartbeat| axis.alive(heartbeat, received.at)).is_ok().then_some(axis)
@@ -176,6 +204,7 @@ impl Axis {
     }
 
     fn position(&mut self, estimates: EncoderEstimates, at: Instant, deadline: Instant) {
+        self.answered += 1;
         let health = &mut self.health;
         if self.missed || at > deadline {
             // The answer to a request whose cycle is over.
@@ -194,6 +223,11 @@ impl Axis {
         self.fresh = true;
         self.estimate = Some((estimates, at));
         gap(&mut health.last_feedback_at, &mut health.longest_feedback_gap, at);
+    }
+
+    /// True if more positions came than were asked for.
+    pub(super) const fn is_twin(&self) -> bool {
+        self.answered > self.asked
     }
 
     /// True if a heartbeat that came at `since` or later told that the motor has no current.

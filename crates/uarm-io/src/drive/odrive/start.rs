@@ -14,9 +14,10 @@ use crate::time::{Clock, Duration, Instant};
 type Outcome<T, L> = Result<T, OdriveStartError<<L as Link>::Error>>;
 
 impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
-    /// Each axis is heard → idle → errors cleared → torque control → position read.
+    /// Nobody else is heard → each axis is heard → idle → errors cleared → torque control → position read.
     pub(super) fn set_up_axes<C: Clock>(&mut self, clock: &C) -> Outcome<[i32; JOINTS], L> {
         self.drain()?;
+        self.listen(clock)?;
         self.hear(clock)?;
         self.tell_all(|node| wire::state_frame(node, AxisState::IDLE))?;
         self.reach(clock, "IDLE", |heartbeat| heartbeat.state == AxisState::IDLE)?;
@@ -24,14 +25,41 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
         self.read_positions(clock)
     }
 
-    /// Each axis is armed with torque 0 → left without a torque until its watchdog disarms it → errors cleared → armed.
+    /// Each axis is armed with torque 0 → left without a torque until its watchdog disarms it → errors cleared → no two with one
+    /// node id → armed.
     ///
     /// CANSimple cannot tell whether the watchdog is on, so it is tried. The brakes are open meanwhile.
     pub(super) fn arm_axes<C: Clock>(&mut self, clock: &C) -> Outcome<(), L> {
         self.arm(clock)?;
         self.prove_watchdogs(clock)?;
         self.clear(clock)?;
+        self.meet_twins(clock)?;
         self.arm(clock)
+    }
+
+    /// Listens without sending anything. When somebody else commands the axes nothing is sent afterwards either.
+    fn listen<C: Clock>(&mut self, clock: &C) -> Outcome<(), L> {
+        self.foreign = None;
+        let listen = self.configuration.times.listen;
+        self.wait(clock, clock.now() + listen, Feeding::Off, |_| false)?;
+        self.is_withheld = self.foreign.is_some();
+        self.undisturbed()
+    }
+
+    fn undisturbed(&self) -> Outcome<(), L> {
+        self.foreign.map_or(Ok(()), |foreign| Err(OdriveStartError::AnotherMaster(foreign)))
+    }
+
+    /// Asks each axis once for its position, and gives a second one with its node id the time to answer.
+    fn meet_twins<C: Clock>(&mut self, clock: &C) -> Outcome<(), L> {
+        self.forget_positions();
+        if self.configuration.positions != Positions::OnRequest {
+            return Ok(());
+        }
+        self.request()?;
+        let answering = self.configuration.times.heartbeat;
+        self.wait(clock, clock.now() + answering, Feeding::On, |_| false)?;
+        self.twin().map_or(Ok(()), |axis| Err(OdriveStartError::TwoAxes { axis }))
     }
 
     /// Positions after `wait`, with the watchdogs fed.
@@ -88,6 +116,7 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
     ) -> Outcome<(), L> {
         let waited = self.configuration.times.state;
         self.wait(clock, clock.now() + waited, Feeding::On, |axes| axes.iter().all(|axis| wanted(&axis.heartbeat)))?;
+        self.undisturbed()?;
         match self.axes.iter().find(|axis| !wanted(&axis.heartbeat)) {
             Some(Axis { node, heartbeat, .. }) => {
                 Err(OdriveStartError::NotReached { axis: *node, expected, found: *heartbeat, waited })
@@ -120,6 +149,7 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
         self.deadline = NO_DEADLINE;
         for axis in &mut self.axes {
             (axis.fresh, axis.missed, axis.late) = (false, false, false);
+            (axis.asked, axis.answered) = (0, 0);
         }
     }
 

@@ -12,8 +12,20 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
     /// all axes before any is waited for.
     ///
     /// Confirmed is a heartbeat with *idle*; it stands for all three steps of the report, since quick stop and NMT stop have
-    /// no counterpart.
+    /// no counterpart. Nothing is sent on a bus that was found to be another master's.
     pub(super) fn stop_axes<C: Clock>(&mut self, clock: &C) -> StopReport<JOINTS> {
+        if self.is_withheld {
+            let withheld = Confirmation::Withheld;
+            return StopReport {
+                drives: self.axes.map(|axis| DriveStop {
+                    node: axis.node.raw(),
+                    quick_stop: withheld,
+                    power_off: withheld,
+                    nmt_stop: withheld,
+                    last_defence: axis.last_defence,
+                }),
+            };
+        }
         let _ = self.torques([0.0; JOINTS]);
         let idle = self.nodes().map(|node| self.send(&wire::state_frame(node, AxisState::IDLE)).is_ok());
         // Not longer than an axis may take to tell: its watchdog has disarmed it by then in any case.

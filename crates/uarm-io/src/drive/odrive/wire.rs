@@ -86,6 +86,28 @@ impl Message {
         }
     }
 
+    /// The messages that a master sends.
+    pub const OF_MASTER: [Self; 5] =
+        [Self::Estop, Self::SetAxisState, Self::SetControllerMode, Self::SetInputTorque, Self::ClearErrors];
+
+    /// What the maker calls it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Heartbeat => "Heartbeat",
+            Self::Estop => "Estop",
+            Self::SetAxisState => "Set_Axis_State",
+            Self::EncoderEstimates => "Get_Encoder_Estimates",
+            Self::SetControllerMode => "Set_Controller_Mode",
+            Self::SetInputTorque => "Set_Input_Torque",
+            Self::ClearErrors => "Clear_Errors",
+        }
+    }
+
+    /// True if a master sends it with this data; a message of an axis without data is a request for it.
+    pub fn is_of_master(self, data: &[u8]) -> bool {
+        Self::OF_MASTER.contains(&self) || data.is_empty()
+    }
+
     /// The identifier of this message of or to `axis`.
     pub fn identifier(self, axis: AxisNode) -> StandardId {
         // Six and five bits fit, so the fallback is never taken.
