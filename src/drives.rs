@@ -173,7 +173,7 @@ mod tests {
         assert_eq!(configuration.positions, Positions::OnRequest);
     }
 
-    /// Node times 32 plus 01h and 09h; for CANopen 80h, 180h, 580h and 700h plus the node.
+    /// Node times 32 plus what an axis sends (01h, 09h) and what only its master does; for CANopen 80h, 180h, 580h and 700h plus the node.
     #[test]
     fn the_kernel_lets_through_what_the_drives_of_the_protocol_send() {
         let of = |robot: &LoopRobot| {
@@ -181,7 +181,7 @@ mod tests {
             raw.sort_unstable();
             raw
         };
-        let axis = [0x01, 0x09, 0x02, 0x07, 0x0B, 0x0E, 0x18];
+        let axis = [0x01, 0x02, 0x07, 0x09, 0x0B, 0x0E, 0x18];
         let expected: Vec<u16> =
             [0x20, 0x40, 0x60].iter().flat_map(|node| axis.map(|message| node + message)).collect();
         assert_eq!(of(&odrive(&[])), expected);

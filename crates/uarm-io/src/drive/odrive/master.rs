@@ -225,9 +225,10 @@ impl Axis {
         gap(&mut health.last_feedback_at, &mut health.longest_feedback_gap, at);
     }
 
-    /// True if more positions came than were asked for.
+    /// True if more positions came than were asked for; one may be a stray one.
     pub(super) const fn is_twin(&self) -> bool {
-        self.answered > self.asked
+        const STRAY: u64 = 1;
+        self.answered > self.asked + STRAY
     }
 
     /// True if a heartbeat that came at `since` or later told that the motor has no current.

@@ -50,15 +50,20 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
         self.foreign.map_or(Ok(()), |foreign| Err(OdriveStartError::AnotherMaster(foreign)))
     }
 
-    /// Asks each axis once for its position, and gives a second one with its node id the time to answer.
+    /// Asks each axis twice for its position, and gives another one with its node id the time to answer.
     fn meet_twins<C: Clock>(&mut self, clock: &C) -> Outcome<(), L> {
         self.forget_positions();
         if self.configuration.positions != Positions::OnRequest {
             return Ok(());
         }
-        self.request()?;
-        let answering = self.configuration.times.heartbeat;
-        self.wait(clock, clock.now() + answering, Feeding::On, |_| false)?;
+        for _ in 0..2 {
+            for axis in &mut self.axes {
+                axis.fresh = false;
+            }
+            self.request()?;
+            let answering = self.configuration.times.heartbeat;
+            self.wait(clock, clock.now() + answering, Feeding::On, |_| false)?;
+        }
         self.twin().map_or(Ok(()), |axis| Err(OdriveStartError::TwoAxes { axis }))
     }
 
