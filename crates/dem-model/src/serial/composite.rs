@@ -2,7 +2,7 @@
 
 use core::ops::AddAssign;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::frame::Frame;
 use super::twist::{Twist, Wrench};
@@ -78,6 +78,17 @@ impl<T: Scalar> Composite<T> {
             moment: self.inertia * angular + self.first_moment.cross(linear),
             force: linear * self.mass + angular.cross(&self.first_moment),
         }
+    }
+
+    /// The matrix of [`Composite::momentum_of`]: angular above linear, moment above force.
+    pub(super) fn inertia_matrix(&self) -> Matrix6<T> {
+        let first = self.first_moment.cross_matrix();
+        let mut matrix = Matrix6::zeros();
+        matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.inertia);
+        matrix.fixed_view_mut::<3, 3>(0, 3).copy_from(&first);
+        matrix.fixed_view_mut::<3, 3>(3, 0).copy_from(&first.transpose());
+        matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&Matrix3::from_diagonal_element(self.mass));
+        matrix
     }
 
     /// What C takes a `twist` of these bodies to, but for the rate of the twist itself.

@@ -4,6 +4,7 @@
 //! Neither the base's attitude nor its place enters the equations. All vectors below are in base axes, about the base's
 //! origin.
 
+mod articulated;
 mod base;
 mod composite;
 mod euler;

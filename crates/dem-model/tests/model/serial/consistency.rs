@@ -89,6 +89,10 @@ fn assert_inverse<const N: usize, const B: usize>(
     assert_close("τ_b", &on_base, &(base_inertial + base_coriolis), ROUNDING);
     assert_close("τ_m", &on_arm, &(inertial + coriolis), ROUNDING);
     let back = arm.forward_dynamics(state, &on_base, &on_arm).unwrap();
+    let recursive = arm.recursive_forward_dynamics(state, &on_base, &on_arm).unwrap();
+    let scale = 1.0 + back.base.amax().max(back.joints.amax());
+    assert!((recursive.base - back.base).amax() < ROUNDING * scale, "{recursive:?} {back:?}");
+    assert!((recursive.joints - back.joints).amax() < ROUNDING * scale, "{recursive:?} {back:?}");
     assert_close("v̇_b", &back.base, &acceleration.base, 1e-9);
     assert_close("q̈_m", &back.joints, &acceleration.joints, 1e-9);
 }
