@@ -146,6 +146,8 @@ fn wrong_usage_is_exit_code_2_and_names_what_there_is() {
         &["run", "--can", "vcan0", "--virtual-time"],
         &["run", "--period", "fast"],
         &["plant"],
+        &["plant", "--can", "vcan0", "--step", "0"],
+        &["plant", "--can", "vcan0", "--step", "11ms"],
         &["walk"],
     ] {
         assert_eq!(code(&uarm(arguments)), 2, "{arguments:?}");

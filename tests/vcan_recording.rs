@@ -15,7 +15,7 @@ use uarm::dimensions::RunLog;
 use uarm_loop::recording::writer::FINISH_LIMIT;
 use vcan_support::bus::{Bus, DEVICE_TEMPERATURE, RPDO1};
 use vcan_support::disk::{Pace, Pipe, SmallDisk};
-use vcan_support::process::{Robot, Running, Scheduling, controller, describe};
+use vcan_support::process::{COARSE_STEP, Robot, Running, Scheduling, controller, describe};
 use vcan_support::report::{assert_every_deadline_met, need_guest_time, report};
 use vcan_support::{DRIVEN_NODE, NODES, Workshop};
 
@@ -35,7 +35,7 @@ const FAILURE: Option<i32> = Some(1);
 
 /// The robot, and a controller that records into `log`, in real time.
 fn start(workshop: &Workshop, bus: &Bus, log: &Path, arguments: &[&str]) -> (Robot, Running) {
-    let robot = Robot::start(workshop, bus, Scheduling::Fifo, &[]);
+    let robot = Robot::start(workshop, bus, Scheduling::Fifo, &["--step", COARSE_STEP]);
     let mut controller = controller(workshop, &["--json", "--rt", "enforce", "--log"]);
     let running = Running::start(controller.arg(log).args(arguments));
     (robot, running)

@@ -10,7 +10,7 @@ use serde_json::Value;
 use std::process::{Child, Command, Output, Stdio};
 use vcan_support::Workshop;
 use vcan_support::bus::Bus;
-use vcan_support::process::{Robot, Scheduling, controller, describe, succeed};
+use vcan_support::process::{COARSE_STEP, Robot, Scheduling, controller, describe, succeed};
 use vcan_support::report::{assert_every_deadline_met, need_guest_time, report};
 
 /// Cycles of each measurement: a minute at 3 ms.
@@ -84,7 +84,7 @@ fn run(workshop: &Workshop, period_us: u64, cycles: u64, realtime: &str, recordi
     let bus = Bus::open();
     let period = format!("{period_us}us");
     let hold = format!("{}us", cycles * period_us - TASK_US);
-    let robot = Robot::start(workshop, &bus, Scheduling::Fifo, &["--period", &period]);
+    let robot = Robot::start(workshop, &bus, Scheduling::Fifo, &["--period", &period, "--step", COARSE_STEP]);
     drop(bus); // a socket that nobody reads would fill up and cost the kernel time
     let log = workshop.file("run.mcap");
     let log = match recording {

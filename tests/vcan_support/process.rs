@@ -14,6 +14,9 @@ const ROBOT_PRIORITY: &str = "60";
 /// Longer than an emulated robot takes to boot.
 const BOOT_TIME: Duration = Duration::from_secs(60);
 
+/// How finely the plant is integrated where the loop is what is looked at: in guest time the integration is most of the work.
+pub const COARSE_STEP: &str = "1ms";
+
 /// How a process is scheduled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheduling {
