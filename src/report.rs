@@ -58,6 +58,8 @@ pub struct RunReport {
     pub limited_cycles: u64,
     /// Cycles in which the angle of some joint was predicted, since its drive sent none that could be believed.
     pub predicted_cycles: u64,
+    /// Supply voltages and temperatures of drives that were worth a warning.
+    pub reading_warnings: u64,
     /// The clock that the loop ran on.
     pub clock: ClockKind,
     /// Timing of the loop.
@@ -187,6 +189,7 @@ impl RunReport {
             base_drift_deg: has_cycles.then(|| outcome.base_drift.to_degrees()),
             limited_cycles: outcome.limited_cycles,
             predicted_cycles: outcome.predicted_cycles,
+            reading_warnings: outcome.reading_warnings,
             clock,
             timing,
             timing_verdict: (in_real_time && has_cycles).then(|| timing.verdict()),
@@ -265,6 +268,13 @@ impl RunReport {
                 output,
                 "  angle predicted    in {} cycles: positions of drives were lost",
                 self.predicted_cycles
+            )?;
+        }
+        if self.reading_warnings > 0 {
+            writeln!(
+                output,
+                "  WARNING            {} times a supply voltage or temperature was beyond what the robot file warns of",
+                self.reading_warnings
             )?;
         }
         self.print_timing(output)?;

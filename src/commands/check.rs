@@ -79,6 +79,8 @@ struct Check {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     profiles: Vec<String>,
     bus: BusCheck,
+    /// Are counts and torques held against the model?
+    supervised: bool,
     /// What ends the task on the simulated robot, controller 1, without disturbance; nothing if it is completed.
     stopped_by: Option<String>,
 }
@@ -141,6 +143,7 @@ fn check(file: Option<&Path>, robot: &Robot) -> Check {
             drive_heartbeat_ms: milliseconds(bus.drive_heartbeat),
             drive_timeout_ms: milliseconds(bus.drive_timeout),
         },
+        supervised: description.supervision.is_some(),
         stopped_by: None,
     }
 }
@@ -169,6 +172,9 @@ fn print(output: &mut impl Write, check: &Check) -> std::io::Result<()> {
         "  heartbeats: controller every {:.0} ms, drives brake after {:.0} ms; drives every {:.0} ms, the run ends after {:.0} ms",
         bus.controller_heartbeat_ms, bus.controller_timeout_ms, bus.drive_heartbeat_ms, bus.drive_timeout_ms
     )?;
+    if !check.supervised {
+        writeln!(output, "  {}", robot::UNSUPERVISED)?;
+    }
     writeln!(output, "  the task is within the limits of its joints")?;
     match &check.stopped_by {
         None => writeln!(output, "  simulated, with base and friction of the file: completed"),

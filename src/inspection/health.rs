@@ -17,7 +17,20 @@ pub fn lines(health: &CanHealth) -> Vec<String> {
     lines.extend(nodes.iter().map(node_line));
     let told = nodes.iter().filter(|node| !node.last_emergency.is_empty());
     lines.extend(told.map(|node| format!("node {}: last emergency {}", node.node, node.last_emergency)));
+    lines.extend(nodes.iter().filter_map(reading_line));
     lines
+}
+
+/// Supply voltage and temperature of a drive that is asked for them.
+fn reading_line(node: &NodeHealth) -> Option<String> {
+    let voltage = node.supply_voltage_v.map(|voltage| format!(" supply {voltage:.1} V"));
+    let temperature = node.temperature_c.map(|temperature| format!(" {temperature:.1} deg C"));
+    let values: Vec<String> = voltage.into_iter().chain(temperature).collect();
+    let warned = match node.reading_warnings {
+        0 => String::new(),
+        times => format!("; WARNING: {times} times beyond what the robot file warns of"),
+    };
+    (!values.is_empty()).then(|| format!("node {}:{}{warned}", node.node, values.join(",")))
 }
 
 /// A simulated robot has no interface; its counters all stay at zero.

@@ -11,6 +11,7 @@ use uarm_io::torque::{RatedTorque, TorqueCeiling};
 
 use super::error::{Checker, RobotError};
 use super::file::{self, RobotFile};
+use super::readings;
 
 /// Identifiers that CANopen leaves to PDOs (CiA 301, table of restricted identifiers).
 const PDO_IDENTIFIERS: std::ops::RangeInclusive<u16> = 0x181..=0x580;
@@ -55,6 +56,7 @@ impl DriveCheck<'_> {
             pdos: self.pdos(node)?,
             watchdog: self.watchdog()?,
             abort_option: self.abort_option()?,
+            readings: readings::check(self.index, self.drive(), self.file, self.check)?,
             settings: self.settings(file::When::Before)?,
             later_settings: self.settings(file::When::After)?,
             ..DriveConfiguration::new(node, self.joint.encoder.counts_per_revolution, rated_torque)

@@ -270,8 +270,30 @@ pub struct Drive {
     pub watchdog_test: Option<String>,
     pub without_6007h: Option<String>,
     pub pdo: Option<Pdo>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub supply_voltage_v: Option<ReadingLimits>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature_c: Option<ReadingLimits>,
     #[serde(default)]
     pub writes: Vec<ObjectWrite>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+pub struct ReadingLimits {
+    pub object: Option<ReadObject>,
+    pub warn_below: Option<f64>,
+    pub stop_below: Option<f64>,
+    pub warn_above: Option<f64>,
+    pub stop_above: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+pub struct ReadObject {
+    pub index: u16,
+    pub subindex: u8,
+    #[serde(rename = "type")]
+    pub kind: ObjectType,
+    pub unit: f64,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]

@@ -28,6 +28,8 @@ pub fn beside(field: &str) -> String {
         ["joints", "encoder", "power_marker"] | ["joints", "drive", "writes"] => fields_of::<file::ObjectWrite>(),
         ["joints", "drive"] => fields_of::<file::Drive>(),
         ["joints", "drive", "identity"] => fields_of::<file::Identity>(),
+        ["joints", "drive", "supply_voltage_v" | "temperature_c"] => fields_of::<file::ReadingLimits>(),
+        ["joints", "drive", "supply_voltage_v" | "temperature_c", "object"] => fields_of::<file::ReadObject>(),
         ["joints", "drive", "pdo"] => fields_of::<file::Pdo>(),
         ["joints", "limits"] => fields_of::<file::Limits>(),
         ["controllers"] => fields_of::<hinf_control::ControllerSettings>(),

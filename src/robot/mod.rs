@@ -35,6 +35,7 @@ pub mod overrides;
 pub mod profile;
 mod protocol;
 mod reading;
+mod readings;
 mod supervision;
 mod task;
 
@@ -55,6 +56,10 @@ use file::RobotFile;
 use overrides::Overrides;
 use profile::UsedProfile;
 use reading::read;
+
+/// What there is to say of a robot whose file leaves the supervision out.
+pub const UNSUPERVISED: &str =
+    "supervision is OFF: no encoder that stands still, no torque of the wrong sign is noticed but by the limits";
 
 /// The name under which the built-in robot file appears in messages.
 pub const BUILT_IN_NAME: &str = "robots/uarm.toml (built in)";

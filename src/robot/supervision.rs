@@ -60,9 +60,16 @@ fn allowances(
         return Ok(joints.each_ref().map(|joint| TorqueAllowance::of_limit(joint.torque_limit)));
     };
     let mut allowances = [None; JOINTS];
-    for ((allowance, found), index) in allowances.iter_mut().skip(1).zip(torques).zip(0..) {
-        let refuse = || check.refuse(format!("supervision.unmodelled_torque_nm[{index}]"), found, "above zero");
-        *allowance = Some(TorqueAllowance::new(found).ok_or_else(refuse)?);
+    let driven = allowances.iter_mut().zip(joints).skip(1);
+    for (((allowance, joint), found), index) in driven.zip(torques).zip(0..) {
+        let refuse =
+            |expected: String| Err(check.refuse(format!("supervision.unmodelled_torque_nm[{index}]"), found, expected));
+        let Some(torque) = TorqueAllowance::new(found) else { return refuse("above zero".to_owned()) };
+        // What takes all of a joint's torque would hide that it does not move.
+        if found >= joint.torque_limit {
+            return refuse(format!("less than limits.torque_nm of the joint, {}", joint.torque_limit));
+        }
+        *allowance = Some(torque);
     }
     Ok(allowances)
 }
@@ -99,6 +106,10 @@ mod tests {
     fn what_is_out_of_range_is_refused_by_name() {
         for (table, field) in [
             ("unmodelled_torque_nm = [0.1, 0.0]", "supervision.unmodelled_torque_nm[1] = 0: expected above zero"),
+            (
+                "unmodelled_torque_nm = [0.1, 0.2]",
+                "supervision.unmodelled_torque_nm[1] = 0.2: expected less than limits.torque_nm of the joint, 0.2",
+            ),
             ("model_error = 1.5", "supervision.model_error = 1.5: expected 0 to 1"),
             ("bandwidth_rad_per_s = 0.5", "supervision.bandwidth_rad_per_s = 0.5: expected 1 to 500"),
             ("bandwidth_rad_per_s = 400", "supervision.bandwidth_rad_per_s = 400: expected at most 333"),

@@ -22,6 +22,7 @@ pub mod objects;
 pub mod odrive;
 pub mod pdo_objects;
 pub mod plan;
+pub mod readings;
 pub mod robot_drives;
 pub mod sdo;
 pub mod survey;

@@ -23,6 +23,7 @@ pub fn message<const J: usize>(health: &HealthRecord<J>, records_dropped: u64) -
 }
 
 fn node(node: &NodeHealth, at: Instant) -> proto::NodeHealth {
+    let [supply_voltage_v, temperature_c] = node.readings;
     let age = |last: Option<Instant>| last.map_or(0.0, |last| milliseconds(at.since(last)));
     proto::NodeHealth {
         node: node.node.into(),
@@ -42,6 +43,9 @@ fn node(node: &NodeHealth, at: Instant) -> proto::NodeHealth {
         longest_heartbeat_gap_ms: milliseconds(node.longest_heartbeat_gap),
         nmt_state: words::nmt_state(node.nmt_state).to_owned(),
         last_emergency: node.last_emergency.map(|message| Emergency(message).to_string()).unwrap_or_default(),
+        supply_voltage_v,
+        temperature_c,
+        reading_warnings: node.reading_warnings,
     }
 }
 

@@ -6,6 +6,7 @@ use uarm_loop::keyframe::{Approach, Keyframe};
 use uarm_loop::plausibility::Trend;
 use uarm_loop::supervision::decision::Suspicion;
 use uarm_loop::supervision::observer::JointMotion;
+use uarm_loop::supervision::stop::{Change, Course};
 use uarm_loop::supervision::{REMEMBERED_TORQUES, SupervisionState};
 use uarm_loop::task_clock::TaskClockState;
 use uarm_loop::uarm_io::encoder::EncoderReading;
@@ -60,7 +61,7 @@ fn supervised<const J: usize>(state: &SupervisionState<J>) -> Vec<keyframe::Supe
     let joints = state.motion.iter().zip(&state.suspicions).enumerate();
     let message = |(index, (motion, suspicion)): (usize, (&JointMotion, &Suspicion))| {
         let JointMotion { angle, velocity, momentum, torque, filtered_torque, residual } = *motion;
-        let Suspicion { count, standing_velocity, standing_distance, reversed, beyond } = *suspicion;
+        let Suspicion { count, standing_velocity, standing_distance, reversed, beyond, course } = *suspicion;
         keyframe::Supervised {
             angle,
             velocity,
@@ -74,6 +75,9 @@ fn supervised<const J: usize>(state: &SupervisionState<J>) -> Vec<keyframe::Supe
             reversed,
             beyond,
             sent: state.sent.iter().map(|torques| torques[index]).collect(),
+            changes: course.changes.map(|change| change.counts).to_vec(),
+            change_times: course.changes.map(|change| change.time).to_vec(),
+            stood: course.stood,
         }
     };
     joints.map(message).collect()
@@ -100,6 +104,7 @@ fn supervision<const J: usize>(keyframe: &proto::Keyframe) -> Result<Option<Supe
             standing_distance: message.standing_distance,
             reversed: message.reversed,
             beyond: message.beyond,
+            course: course(message),
         }),
         sent: [[0.0; J]; REMEMBERED_TORQUES],
         settling: keyframe.supervision_settling,
@@ -111,6 +116,15 @@ fn supervision<const J: usize>(keyframe: &proto::Keyframe) -> Result<Option<Supe
         }
     }
     Ok(Some(state))
+}
+
+/// Nothing in a log of an earlier version: it is not known then how the joint went.
+fn course(message: &keyframe::Supervised) -> Course {
+    let mut course = Course { stood: message.stood, ..Course::default() };
+    for ((change, counts), time) in course.changes.iter_mut().zip(&message.changes).zip(&message.change_times) {
+        *change = Change { counts: *counts, time: *time };
+    }
+    course
 }
 
 const fn trend(Trend { velocity, span, time_error }: Trend) -> keyframe::Trend {
@@ -208,7 +222,7 @@ mod tests {
     prop_compose! {
         fn any_supervision()(
             motion in any::<[[f64; 6]; 3]>(),
-            suspicions in any::<[(i32, [f64; 4]); 3]>(),
+            suspicions in any::<[(i32, [f64; 4], [[f64; 2]; 3], f64); 3]>(),
             sent in any::<[[f64; 3]; 3]>(),
             settling in any::<f64>(),
         ) -> SupervisionState<3> {
@@ -216,8 +230,9 @@ mod tests {
                 motion: motion.map(|[angle, velocity, momentum, torque, filtered_torque, residual]| JointMotion {
                     angle, velocity, momentum, torque, filtered_torque, residual,
                 }),
-                suspicions: suspicions.map(|(count, [standing_velocity, standing_distance, reversed, beyond])| Suspicion {
+                suspicions: suspicions.map(|(count, [standing_velocity, standing_distance, reversed, beyond], changes, stood)| Suspicion {
                     count, standing_velocity, standing_distance, reversed, beyond,
+                    course: Course { changes: changes.map(|[counts, time]| Change { counts, time }), stood },
                 }),
                 sent,
                 settling,

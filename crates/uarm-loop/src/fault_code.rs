@@ -3,6 +3,7 @@
 use serde::Serialize;
 use uarm_io::drive::network::{CycleError, Disturbance, StartError};
 use uarm_io::drive::odrive::{OdriveCycleError, OdriveStartError};
+use uarm_io::drive::readings::Quantity as Reading;
 
 use crate::control_loop::LoopFault;
 use crate::estimation::{AngleError, EstimationError};
@@ -50,6 +51,12 @@ pub enum FaultCode {
     DriveSilent,
     /// A drive left NMT Operational.
     DriveNotOperational,
+    /// The supply voltage of a drive is beyond its limits.
+    SupplyVoltage,
+    /// A drive or motor is too hot, or too cold.
+    Temperature,
+    /// A drive does not tell its supply voltage or temperature any more.
+    ReadingMissing,
     /// An encoder's counts cannot be where the joint went.
     EncoderImplausible,
     /// A joint is outside its angles.
@@ -95,6 +102,9 @@ crate::choice! {
     DriveEmergency = "drive-emergency", "A drive sent an emergency message";
     DriveSilent = "drive-silent", "A drive's heartbeat stopped";
     DriveNotOperational = "drive-not-operational", "A drive left NMT Operational";
+    SupplyVoltage = "supply-voltage", "The supply voltage of a drive is beyond its limits";
+    Temperature = "temperature", "A drive or motor is too hot, or too cold";
+    ReadingMissing = "reading-missing", "A drive does not tell its supply voltage or temperature any more";
     EncoderImplausible = "encoder-implausible", "An encoder's counts cannot be where the joint went";
     JointAngle = "joint-angle", "A joint is outside its angles";
     JointVelocity = "joint-velocity", "A joint is faster than it may be";
@@ -143,6 +153,14 @@ impl Coded for Disturbance {
     }
 }
 
+/// The code of a quantity beyond its limits.
+const fn of_reading(quantity: Reading) -> FaultCode {
+    match quantity {
+        Reading::SupplyVoltage => FaultCode::SupplyVoltage,
+        Reading::Temperature => FaultCode::Temperature,
+    }
+}
+
 impl<E> Coded for StartError<E> {
     fn code(&self) -> FaultCode {
         match self {
@@ -150,6 +168,7 @@ impl<E> Coded for StartError<E> {
             Self::Disturbed(disturbance) => disturbance.code(),
             Self::Emergency { .. } => FaultCode::DriveEmergency,
             Self::NoBootUp { .. } => FaultCode::DriveNotFound,
+            Self::Reading { found, .. } => of_reading(found.quantity),
             Self::WatchdogSilent { .. } => FaultCode::WatchdogSilent,
             Self::NotOperational { .. } | Self::NotReached { .. } => FaultCode::DriveNotReady,
             Self::Sdo(_)
@@ -170,6 +189,8 @@ impl<E> Coded for CycleError<E> {
             Self::TargetIgnored { .. } => FaultCode::TargetIgnored,
             Self::Emergency { .. } => FaultCode::DriveEmergency,
             Self::Lost { .. } => FaultCode::DriveSilent,
+            Self::Reading { found, .. } => of_reading(found.quantity),
+            Self::NoReading { .. } => FaultCode::ReadingMissing,
             Self::NotOperational { .. } => FaultCode::DriveNotOperational,
         }
     }
@@ -227,7 +248,7 @@ impl Coded for LimitViolation {
 impl Coded for SupervisionFault {
     fn code(&self) -> FaultCode {
         match self.source {
-            Contradiction::Stuck { .. } => FaultCode::EncoderStuck,
+            Contradiction::Stuck { .. } | Contradiction::Stopped(_) => FaultCode::EncoderStuck,
             Contradiction::Reversed { .. } => FaultCode::TorqueReversed,
             Contradiction::Residual { .. } => FaultCode::ModelContradicted,
         }

@@ -50,6 +50,8 @@ pub struct Outcome<const N: usize> {
     pub limited_cycles: u64,
     /// Cycles in which the angle of some joint was predicted, since its drive sent none that could be believed.
     pub predicted_cycles: u64,
+    /// Supply voltages and temperatures that were worth a warning.
+    pub reading_warnings: u64,
     /// Timing of the loop.
     pub timing: TimingSummary,
     /// Page faults of the loop's thread between its first cycle and its last.
@@ -72,6 +74,7 @@ impl<const N: usize> Outcome<N> {
             base_drift: statistics.base_drift(),
             limited_cycles: statistics.limited_cycles,
             predicted_cycles: statistics.predicted_cycles,
+            reading_warnings: statistics.reading_warnings,
             timing,
             page_faults,
         }

@@ -25,6 +25,8 @@ pub struct Statistics<R, const N: usize> {
     pub limited_cycles: u64,
     /// Cycles in which the angle of some joint was predicted.
     pub predicted_cycles: u64,
+    /// Supply voltages and temperatures that were worth a warning, by the last health record.
+    pub reading_warnings: u64,
 }
 
 impl<R, const N: usize> Statistics<R, N> {
@@ -39,6 +41,7 @@ impl<R, const N: usize> Statistics<R, N> {
             peak_torque: [0.0; N],
             limited_cycles: 0,
             predicted_cycles: 0,
+            reading_warnings: 0,
         }
     }
 
@@ -81,6 +84,7 @@ impl<R: Recorder<J, N>, const J: usize, const N: usize> Recorder<J, N> for Stati
     }
 
     fn health(&mut self, health: &HealthRecord<J>) {
+        self.reading_warnings = health.network.nodes.iter().map(|node| node.reading_warnings).sum();
         self.next.health(health);
     }
 }

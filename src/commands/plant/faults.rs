@@ -34,7 +34,7 @@ pub struct Order {
 /// What an order may say behind the colon.
 pub const ACTIONS: &str = "power-lost, bus-disconnected, encoder-jump=COUNTS, encoder-stuck, over-temperature, \
     encoder-reversed, encoder-drift=COUNTS, encoder-glitch=COUNTS, torque-reversed, feedback-lost=SYNCS, \
-    feedback-late=TIME, feedback-replayed, target-ignored, brake-stuck-engaged, brake-stuck-released, motor-disconnected or repair";
+    feedback-late=TIME, feedback-replayed, target-ignored, supply-voltage=MILLIVOLTS, temperature=TENTHS, sdo-silent, brake-stuck-engaged, brake-stuck-released, motor-disconnected or repair";
 
 impl FromStr for Order {
     type Err = String;
@@ -62,6 +62,7 @@ fn action_of(text: &str) -> Result<Action, String> {
         "feedback-replayed" => DriveFault::FeedbackReplayed,
         "target-ignored" => DriveFault::TargetIgnored,
         "over-temperature" => DriveFault::OverTemperature,
+        "sdo-silent" => DriveFault::SdoSilent,
         "brake-stuck-engaged" => DriveFault::BrakeStuckEngaged,
         "brake-stuck-released" => DriveFault::BrakeStuckReleased,
         "motor-disconnected" => DriveFault::MotorDisconnected,
@@ -77,6 +78,8 @@ fn sized_fault(text: &str) -> Option<DriveFault> {
         "encoder-jump" => DriveFault::EncoderJump { counts: size.parse().ok()? },
         "encoder-drift" => DriveFault::EncoderDrift { counts: size.parse().ok()? },
         "encoder-glitch" => DriveFault::EncoderGlitch { counts: size.parse().ok()? },
+        "supply-voltage" => DriveFault::SupplyVoltage { millivolts: size.parse().ok()? },
+        "temperature" => DriveFault::Temperature { tenths: size.parse().ok()? },
         "feedback-lost" => DriveFault::FeedbackLost { syncs: size.parse().ok()? },
         "feedback-late" => DriveFault::FeedbackLate { by: duration(size).ok()? },
         _ => return None,

@@ -278,6 +278,7 @@ mod tests {
             base_drift_deg: None,
             limited_cycles: 7,
             predicted_cycles: 0,
+            reading_warnings: 0,
             clock: uarm_log::description::ClockKind::Monotonic,
             timing: TimingSummary {
                 period_ns: 3_000_000,

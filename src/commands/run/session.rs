@@ -23,7 +23,7 @@ use crate::error_text::with_causes;
 use crate::log_files::LogChoice;
 use crate::realtime::Realtime;
 use crate::report::{Ending, RunReport, Subject};
-use crate::robot::Robot;
+use crate::robot::{self, Robot};
 
 /// Emulated drives with makers' dictionaries hold their objects by value, 0.4 MB each, and are made on the loop's stack.
 const STACK_WITH_DICTIONARIES: usize = 32 << 20;
@@ -64,6 +64,9 @@ impl Session {
                 least.to_degrees(),
                 most.to_degrees()
             ));
+        }
+        if description.supervision.is_none() {
+            lines.push(format!("  {}", robot::UNSUPERVISED));
         }
         lines.extend(robot.profiles.iter().map(|profile| format!("  {profile}")));
         lines.extend(reasons(robot));

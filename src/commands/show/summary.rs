@@ -153,6 +153,7 @@ fn report(log: &RunLog, tally: &Tally, robot: &Robot) -> RunReport {
     let mut report = RunReport::new(subject, ending(log), &outcome, Some(log.path.clone()));
     report.page_faults = number(log, "page_faults");
     report.records_dropped = records_dropped(log);
+    report.reading_warnings = log.health.last().map_or(0, reading_warnings);
     report.losses.clone_from(&log.damage);
     if report.records_dropped > 0 {
         report.losses.push(format!("{} records were dropped: the disk was too slow", report.records_dropped));
@@ -175,6 +176,10 @@ fn report(log: &RunLog, tally: &Tally, robot: &Robot) -> RunReport {
         report.timing_verdict = None;
     }
     report
+}
+
+fn reading_warnings(health: &proto::CanHealth) -> u64 {
+    health.nodes.iter().map(|node| node.reading_warnings).sum()
 }
 
 fn ending(log: &RunLog) -> Ending {

@@ -160,6 +160,7 @@ pub const OBJECTS: &[DictionaryEntry] = &[
     entry(0x1A03, 2, Rw, unmapped),
     entry(0x1A03, 3, Rw, unmapped),
     entry(0x1A03, MAPPING_ENTRIES, Rw, unmapped),
+    mapped(Mappable::Transmit, 0x2010, Ro, |_| Value::Integer16(TEMPERATURE_TENTHS)),
     entry(0x6007, 0, Rw, |_| Value::Integer16(ABORT_IS_FAULT)),
     mapped(Mappable::Transmit, 0x603F, Ro, |_| Value::Unsigned16(0)),
     mapped(Mappable::Receive, 0x6040, Rw, |_| Value::Unsigned16(0)),
@@ -174,6 +175,7 @@ pub const OBJECTS: &[DictionaryEntry] = &[
     entry(0x6075, 0, Rw, |drive| Value::Unsigned32(drive.rated_current())),
     entry(0x6076, 0, Rw, |drive| Value::Unsigned32(drive.rated_torque())),
     mapped(Mappable::Transmit, 0x6077, Ro, |_| Value::Integer16(0)),
+    mapped(Mappable::Transmit, 0x6079, Ro, |_| Value::Unsigned32(SUPPLY_MILLIVOLTS)),
     entry(0x607C, 0, Rw, |_| Value::Integer32(0)),
     entry(0x608F, 0, Const, |_| Value::Unsigned8(2)),
     entry(0x608F, 1, Ro, |drive| Value::Unsigned32(drive.encoder().description().counts_per_revolution)),
@@ -191,6 +193,12 @@ pub const OBJECTS: &[DictionaryEntry] = &[
     entry(0x60FE, 1, Ro, |_| Value::Unsigned32(BRAKE_OUTPUT)),
     entry(0x6502, 0, Const, |_| Value::Unsigned32(objects::CYCLIC_SYNCHRONOUS_TORQUE_BIT | objects::HOMING_BIT)),
 ];
+
+/// 6079h of a drive with a good supply, mV.
+pub const SUPPLY_MILLIVOLTS: u32 = 24_000;
+
+/// 2010h, the motor's temperature, of a cool one, 0.1 °C: an object of this drive's own, since the standard has none.
+pub const TEMPERATURE_TENTHS: i16 = 300;
 
 /// Bit 0 of 60FEh:01, digital outputs: the brake is set.
 pub const BRAKE_OUTPUT: u32 = 1;

@@ -130,7 +130,9 @@ impl<const N: usize> EmulatedDrive<N> {
         self.faults.add(fault);
         match fault {
             DriveFault::OverTemperature => self.report_due = true,
-            DriveFault::TargetIgnored => self.publish(),
+            DriveFault::TargetIgnored | DriveFault::SupplyVoltage { .. } | DriveFault::Temperature { .. } => {
+                self.publish()
+            }
             DriveFault::PowerLost => {
                 self.boots_at = None;
                 self.enter(PowerState::NotReadyToSwitchOn);

@@ -47,6 +47,18 @@ pub enum DriveFault {
     TargetIgnored,
     /// The motor is too hot: EMCY 4210h and fault. A fault reset has no effect before the repair.
     OverTemperature,
+    /// 6079h reads so.
+    SupplyVoltage {
+        /// The DC link circuit voltage, mV.
+        millivolts: u32,
+    },
+    /// 2010h reads so; the drive does nothing about it.
+    Temperature {
+        /// Of the motor, 0.1 °C.
+        tenths: i16,
+    },
+    /// The drive answers no SDO request any more.
+    SdoSilent,
     /// The brake does not open.
     BrakeStuckEngaged,
     /// The brake does not close.
@@ -73,6 +85,11 @@ pub(super) struct Faults {
     pub(super) feedback_replayed: bool,
     pub(super) target_ignored: bool,
     pub(super) over_temperature: bool,
+    /// mV.
+    pub(super) supply_voltage: Option<u32>,
+    /// 0.1 °C.
+    pub(super) temperature: Option<i16>,
+    pub(super) sdo_silent: bool,
     pub(super) brake_stuck_engaged: bool,
     pub(super) brake_stuck_released: bool,
     pub(super) motor_disconnected: bool,
@@ -97,6 +114,9 @@ impl Faults {
             DriveFault::FeedbackReplayed => self.feedback_replayed = true,
             DriveFault::TargetIgnored => self.target_ignored = true,
             DriveFault::OverTemperature => self.over_temperature = true,
+            DriveFault::SupplyVoltage { millivolts } => self.supply_voltage = Some(millivolts),
+            DriveFault::Temperature { tenths } => self.temperature = Some(tenths),
+            DriveFault::SdoSilent => self.sdo_silent = true,
             DriveFault::BrakeStuckEngaged => self.brake_stuck_engaged = true,
             DriveFault::BrakeStuckReleased => self.brake_stuck_released = true,
             DriveFault::MotorDisconnected => self.motor_disconnected = true,

@@ -1,6 +1,6 @@
 //! The drive's power stage: commands, faults, torque, and the objects that show them.
 
-use super::dictionary::BRAKE_OUTPUT;
+use super::dictionary::{BRAKE_OUTPUT, SUPPLY_MILLIVOLTS, TEMPERATURE_TENTHS};
 use super::state::EmulatedDrive;
 use crate::outbox::Outbox;
 use canopen_rs::{Address, ErrorRegister};
@@ -25,6 +25,8 @@ pub(super) mod error {
 }
 
 /// Indices without a constant in `uarm_io`, which does not touch them.
+const SUPPLY_VOLTAGE: Address = Address::new(0x6079, 0);
+const TEMPERATURE: Address = Address::new(0x2010, 0);
 const TORQUE_DEMAND: Address = Address::new(0x6074, 0);
 const DIGITAL_OUTPUTS: Address = Address::new(0x60FE, 1);
 const ERROR_BEHAVIOUR: Address = Address::new(0x1029, 1);
@@ -162,6 +164,9 @@ impl<const N: usize> EmulatedDrive<N> {
         self.set_number(od::STATUSWORD.address(), status.bits().into());
         self.set_number(TORQUE_DEMAND, torque.applied.into());
         self.set_number(od::TORQUE_ACTUAL.address(), torque.applied.into());
+        let voltage = self.faults.supply_voltage.unwrap_or(SUPPLY_MILLIVOLTS);
+        self.set_number(SUPPLY_VOLTAGE, voltage.into());
+        self.set_number(TEMPERATURE, self.faults.temperature.unwrap_or(TEMPERATURE_TENTHS).into());
         let outputs = if self.power == PowerState::OperationEnabled { 0 } else { BRAKE_OUTPUT };
         self.set_number(DIGITAL_OUTPUTS, outputs.into());
         if let Some(mode) = self.number(od::MODE_OF_OPERATION.address()) {

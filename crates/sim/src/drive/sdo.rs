@@ -30,7 +30,8 @@ const SEGMENT_RESPONSE: u8 = 0x20;
 impl<const N: usize> EmulatedDrive<N> {
     pub(super) fn on_sdo(&mut self, data: &[u8], now: Instant, outbox: &mut Outbox) {
         let Ok(request) = wire::decode_sdo(data) else { return };
-        if !matches!(self.node.state(), NmtState::PreOperational | NmtState::Operational) {
+        let listens = matches!(self.node.state(), NmtState::PreOperational | NmtState::Operational);
+        if !listens || self.faults.sdo_silent {
             return;
         }
         let [command, low, high, subindex, ..] = request;

@@ -12,6 +12,7 @@ mod disturbance;
 mod error;
 mod foreign;
 mod health;
+mod inquiry;
 mod learn;
 mod listen;
 mod master;

@@ -172,7 +172,7 @@ fn attempt<P: SdoPort>(
 }
 
 /// False for a late response about another object. Segments carry no address.
-fn concerns(payload: &[u8; 8], object: Address) -> bool {
+pub(super) fn concerns(payload: &[u8; 8], object: Address) -> bool {
     let [command, low, high, subindex, ..] = *payload;
     match command & SPECIFIER {
         UPLOAD_RESPONSE | DOWNLOAD_RESPONSE | ABORT => {
@@ -183,7 +183,7 @@ fn concerns(payload: &[u8; 8], object: Address) -> bool {
 }
 
 /// Some drives leave the size out of an expedited response; the type says it.
-fn sized(mut payload: [u8; 8], expected: Expected) -> [u8; 8] {
+pub(super) fn sized(mut payload: [u8; 8], expected: Expected) -> [u8; 8] {
     let size = match expected {
         Expected::Value(data_type) => data_type.fixed_size().and_then(|size| u8::try_from(size).ok()),
         Expected::Confirmation => None,

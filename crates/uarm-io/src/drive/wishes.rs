@@ -2,6 +2,7 @@
 
 use super::objects::{self, Object};
 use super::pdo_objects::{PdoKind, PdoNumber};
+use super::readings::Readings;
 use super::wire::{Channel, SYNC_COUNTER_OVERFLOW};
 use crate::torque::{RatedTorque, TorqueCeiling};
 use canopen_rs::pdo::PDO_COB_ID_INVALID;
@@ -311,6 +312,8 @@ pub struct DriveConfiguration {
     pub abort_option: AbortOption,
     /// What it does when it is enabled.
     pub operation: Operation,
+    /// What it is asked for in a run beside its motion.
+    pub readings: Readings,
     /// What is written before the protocol's objects, in this order; data of the robot file, since drives differ.
     pub settings: Settings,
     /// What is written after them.
@@ -334,6 +337,7 @@ impl DriveConfiguration {
             watchdog: Watchdog::default(),
             abort_option: AbortOption::default(),
             operation: Operation::default(),
+            readings: Readings::default(),
             settings: Settings::new(),
             later_settings: Settings::new(),
         }

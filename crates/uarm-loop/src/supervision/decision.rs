@@ -1,6 +1,7 @@
 //! What the residual of a joint says: does the encoder stand still, does the torque push the wrong way, do counts contradict the model?
 
 use super::settings::{ModelError, ResidualTime, TorqueAllowance};
+use super::stop::{Course, SuddenStop};
 
 /// How much heavier than its model a joint may be.
 const INERTIA_MARGIN: f64 = 2.0;
@@ -13,8 +14,10 @@ const REVERSED_TIME: f64 = 20e-3;
 /// What of one joint is judged in one cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence {
-    /// The period, s.
+    /// Since the cycle before, s.
     pub elapsed: f64,
+    /// The loop's period, s.
+    pub period: f64,
     /// What the encoder counted.
     pub count: i32,
     /// One count, rad.
@@ -57,6 +60,8 @@ pub struct Suspicion {
     pub reversed: f64,
     /// For how long its residual has been beyond its limit, s.
     pub beyond: f64,
+    /// How its counts went lately.
+    pub course: Course,
 }
 
 /// What contradicts the model. Torques in N·m.
@@ -75,6 +80,9 @@ pub enum Contradiction {
         /// How far it must have gone, rad.
         distance: f64,
     },
+    /// The counter stopped, and the joint cannot have.
+    #[error(transparent)]
+    Stopped(#[from] SuddenStop),
     /// The joint accelerates against its torque.
     #[error(
         "it accelerates against a torque of {torque:.3} N m as if another of {residual:.3} N m acted, expected at most {allowed:.3} N m"
@@ -110,14 +118,38 @@ impl Criterion {
 }
 
 impl Suspicion {
-    /// Takes in the evidence of one cycle.
+    /// Nothing against a joint with this count.
+    pub fn of(count: i32) -> Self {
+        Self { count, ..Self::default() }
+    }
+
+    /// Does its counter stand still?
+    pub fn stands(&self) -> bool {
+        self.course.stood > 0.0
+    }
+
+    /// Bears a cycle of `elapsed` seconds with an angle that was not measured: how the joint went is not known any more.
+    pub fn forget_motion(&mut self, elapsed: f64) {
+        self.course = Course { stood: self.course.stood + elapsed, ..Course::default() };
+    }
+
+    /// Takes in the evidence of one cycle. `braking` tells what can brake the joint at most while it turns in a direction, rad/s².
     ///
     /// # Errors
     /// [`Contradiction`].
-    pub fn judge(&mut self, criterion: &Criterion, evidence: &Evidence) -> Result<(), Contradiction> {
+    pub fn judge(
+        &mut self,
+        criterion: &Criterion,
+        evidence: &Evidence,
+        braking: impl FnOnce(f64) -> f64,
+    ) -> Result<(), Contradiction> {
+        let change = i64::from(evidence.count) - i64::from(self.count);
+        self.count = evidence.count;
+        self.course.take(change, evidence.elapsed);
         self.standing(criterion, evidence)?;
         self.against_its_torque(criterion, evidence)?;
-        self.beyond_its_limit(criterion, evidence)
+        self.beyond_its_limit(criterion, evidence)?;
+        Ok(self.course.judge(evidence.period, evidence.resolution, braking)?)
     }
 
     /// While the counter stands still, the residual is what holds the joint. What is beyond the allowance moves even a heavy joint.
@@ -125,9 +157,7 @@ impl Suspicion {
         let held = evidence.residual;
         let allowed = criterion.allowance.get();
         let surplus = held.abs() - allowed;
-        let stands = evidence.count == self.count;
-        self.count = evidence.count;
-        if !(stands && surplus > 0.0 && held * self.standing_velocity <= 0.0) {
+        if !(self.stands() && surplus > 0.0 && held * self.standing_velocity <= 0.0) {
             (self.standing_velocity, self.standing_distance) = (0.0, 0.0);
             return Ok(());
         }
@@ -181,6 +211,7 @@ mod tests {
     /// A joint of 0.05 kg·m² with counts of 1 mrad, looked at each millisecond.
     const AT_REST: Evidence = Evidence {
         elapsed: 1e-3,
+        period: 1e-3,
         count: 7,
         resolution: 1e-3,
         velocity: 0.0,
@@ -194,7 +225,8 @@ mod tests {
     /// After how many cycles what is contradicted, within 1000.
     fn judged(evidence: impl Fn(i32) -> Evidence) -> Option<(i32, Contradiction)> {
         let mut suspicion = Suspicion { count: 7, ..Suspicion::default() };
-        (1..=1_000).find_map(|cycle| Some((cycle, suspicion.judge(&criterion(), &evidence(cycle)).err()?)))
+        (1..=1_000)
+            .find_map(|cycle| Some((cycle, suspicion.judge(&criterion(), &evidence(cycle), |_| f64::INFINITY).err()?)))
     }
 
     /// 0.15 N·m beyond 0.1 accelerate twice 0.05 kg·m² by 0.5 rad/s²: 3 mrad after √(2 · 0.003 / 0.5) s = 110 ms.

@@ -8,10 +8,12 @@ pub mod decision;
 pub mod model;
 pub mod observer;
 pub mod settings;
+pub mod stop;
 
 use decision::{Contradiction, Criterion, Evidence, Suspicion};
 use observer::{JointMotion, advance, noise, resume};
 use settings::{SupervisionSettings, TorqueAllowance};
+use stop::Torques;
 
 /// How many of the torques that were sent last may act within one period: a delay is shorter than two periods.
 pub const REMEMBERED_TORQUES: usize = 3;
@@ -53,6 +55,15 @@ pub struct SupervisionState<const J: usize> {
     pub sent: [[f64; J]; REMEMBERED_TORQUES],
     /// For how long nothing is judged yet after a cycle that did not come in time, s.
     pub settling: f64,
+}
+
+/// How far the residual of a joint may be off, N·m.
+#[derive(Clone, Copy, Debug)]
+struct Noise {
+    /// By rounding of the angles.
+    rounding: f64,
+    /// By that and by the instants of sampling.
+    all: f64,
 }
 
 /// What is told of one cycle.
@@ -112,19 +123,27 @@ impl<const J: usize> Supervision<J> {
     /// # Errors
     /// [`SupervisionFault`] for the first joint that contradicts the model.
     pub fn watch(&mut self, observed: &Observed<'_, J>) -> Result<Residuals<J>, SupervisionFault> {
-        let SupervisionSettings { model, bandwidth, model_error, residual_time, allowances } = &self.settings;
         let (Some(elapsed), Some(mut state)) = (observed.elapsed, self.state) else {
             self.state = Some(SupervisionState::at_rest(observed));
             return Ok(self.nothing_unexplained());
         };
+        let watched = self.follow(&mut state, observed, elapsed);
+        self.state = Some(state);
+        watched
+    }
+
+    /// Takes the state on to this cycle, `elapsed` seconds after the last, as far as the time since then lets it.
+    fn follow(
+        &self,
+        state: &mut SupervisionState<J>,
+        observed: &Observed<'_, J>,
+        elapsed: f64,
+    ) -> Result<Residuals<J>, SupervisionFault> {
+        let SupervisionSettings { model, bandwidth, .. } = &self.settings;
         if elapsed <= 0.0 {
             // Of two SYNCs at one instant, the second tells nothing; the torque sent at the first has not acted.
-            state.sent = {
-                let [_, second, third] = state.sent;
-                [*observed.torques, second, third]
-            };
-            self.state = Some(state);
-            return Ok(Residuals { residual: state.motion.map(|joint| joint.residual), ..self.nothing_unexplained() });
+            state.replace(observed.torques);
+            return Ok(Residuals { residual: state.residual(), ..self.nothing_unexplained() });
         }
         let acting = self.acting(&state.sent);
         let is_regular = (elapsed / observed.period - 1.0).abs() <= REGULAR;
@@ -133,49 +152,116 @@ impl<const J: usize> Supervision<J> {
             resume(&mut state.motion, model.as_ref(), observed.angles, &acting, elapsed);
             state.suspicions = unsuspected(observed.counts);
             state.remember(observed.torques);
-            self.state = Some(state);
             return Ok(self.nothing_unexplained());
         }
         let inertia = advance(&mut state.motion, model.as_ref(), *bandwidth, observed.angles, &acting, elapsed);
+        let judged = self.judge(state, observed, &inertia, elapsed);
         state.remember(observed.torques);
+        judged
+    }
 
-        let resolutions = self.joints.map(|joint| joint.resolution);
-        let mut errors = resolutions;
-        for (error, motion) in errors.iter_mut().zip(&state.motion) {
-            *error += SAMPLING_SHARE * observed.period * motion.velocity.abs();
-        }
-        let mut residuals = Residuals { residual: state.motion.map(|joint| joint.residual), limit: [f64::INFINITY; J] };
+    /// Judges each driven joint by its residual and its counts, at M(q) = `inertia`.
+    fn judge(
+        &self,
+        state: &mut SupervisionState<J>,
+        observed: &Observed<'_, J>,
+        inertia: &[[f64; J]; J],
+        elapsed: f64,
+    ) -> Result<Residuals<J>, SupervisionFault> {
+        let noise = self.noise(&state.motion, inertia, observed.period);
+        let mut residuals = Residuals { residual: state.residual(), limit: [f64::INFINITY; J] };
         let mut fault = None;
-        let joints = state.motion.iter().zip(&mut state.suspicions).zip(&self.joints).zip(observed.counts);
-        let rows = joints.zip(inertia.iter().enumerate()).zip(allowances).zip(&mut residuals.limit);
-        for ((((((motion, suspicion), joint), count), (index, row)), allowance), limit) in rows {
-            let Some(allowance) = *allowance else { continue };
-            let criterion = Criterion { allowance, model_error: *model_error, residual_time: *residual_time };
-            let evidence = Evidence {
-                elapsed,
-                count: *count,
-                resolution: joint.resolution,
-                velocity: motion.velocity,
-                torque: motion.filtered_torque,
-                residual: motion.residual,
-                rounding: noise(row, &resolutions, *bandwidth),
-                noise: noise(row, &errors, *bandwidth),
-                inertia: row.get(index).copied().unwrap_or_default(),
+        for index in 0..J {
+            let Some((criterion, evidence)) = self.evidence(state, observed, inertia, &noise, index, elapsed) else {
+                continue;
+            };
+            let (Some(limit), Some(suspicion)) = (residuals.limit.get_mut(index), state.suspicions.get(index)) else {
+                continue;
             };
             *limit = criterion.limit(&evidence);
-            if state.settling > 0.0 {
-                *suspicion = Suspicion { count: *count, ..Suspicion::default() };
-                continue;
+            let mut suspicion = *suspicion;
+            let judged = if state.settling > 0.0 {
+                suspicion = Suspicion::of(evidence.count);
+                Ok(())
+            } else if observed.is_predicted {
+                suspicion.forget_motion(elapsed);
+                Ok(())
+            } else {
+                let braking = |direction| self.braking(state, inertia, index, direction);
+                suspicion.judge(&criterion, &evidence, braking)
+            };
+            if let Some(kept) = state.suspicions.get_mut(index) {
+                *kept = suspicion;
             }
-            if observed.is_predicted {
-                continue;
-            }
-            if let Err(source) = suspicion.judge(&criterion, &evidence) {
-                fault = fault.or(Some(SupervisionFault { joint: index.saturating_add(1), source }));
-            }
+            let contradicted = |source| SupervisionFault { joint: index.saturating_add(1), source };
+            fault = fault.or(judged.err().map(contradicted));
         }
-        self.state = Some(state);
         fault.map_or(Ok(residuals), Err)
+    }
+
+    /// How far rounding alone, and rounding with the instants of sampling, may put the residual of each joint off, N·m.
+    fn noise(&self, motion: &[JointMotion; J], inertia: &[[f64; J]; J], period: f64) -> [Noise; J] {
+        let bandwidth = self.settings.bandwidth;
+        let resolutions = self.joints.map(|joint| joint.resolution);
+        let mut errors = resolutions;
+        for (error, motion) in errors.iter_mut().zip(motion) {
+            *error += SAMPLING_SHARE * period * motion.velocity.abs();
+        }
+        inertia
+            .map(|row| Noise { rounding: noise(&row, &resolutions, bandwidth), all: noise(&row, &errors, bandwidth) })
+    }
+
+    /// What there is on a joint, and how it is judged; nothing of one that is not.
+    fn evidence(
+        &self,
+        state: &SupervisionState<J>,
+        observed: &Observed<'_, J>,
+        inertia: &[[f64; J]; J],
+        noise: &[Noise; J],
+        index: usize,
+        elapsed: f64,
+    ) -> Option<(Criterion, Evidence)> {
+        let SupervisionSettings { model_error, residual_time, allowances, .. } = &self.settings;
+        let criterion = Criterion {
+            allowance: (*allowances.get(index)?)?,
+            model_error: *model_error,
+            residual_time: *residual_time,
+        };
+        let (motion, noise) = (state.motion.get(index)?, noise.get(index)?);
+        let evidence = Evidence {
+            elapsed,
+            period: observed.period,
+            count: *observed.counts.get(index)?,
+            resolution: self.joints.get(index)?.resolution,
+            velocity: motion.velocity,
+            torque: motion.filtered_torque,
+            residual: motion.residual,
+            rounding: noise.rounding,
+            noise: noise.all,
+            inertia: *inertia.get(index)?.get(index)?,
+        };
+        Some((criterion, evidence))
+    }
+
+    /// The most that a joint that turns in `direction` can be braked by, rad/s²: see [`stop`].
+    fn braking(&self, state: &SupervisionState<J>, inertia: &[[f64; J]; J], index: usize, direction: f64) -> f64 {
+        let mut torques = [Torques::default(); J];
+        let allowances = self.settings.allowances;
+        let joints = state.motion.iter().zip(&state.suspicions).zip(allowances);
+        for ((torques, ((motion, suspicion), allowance)), joint) in torques.iter_mut().zip(joints).zip(0..) {
+            // What acts on a joint that moves is what the observer says, whose noise is less than what the model may be off; on one that stands, or now stops, whatever is allowed.
+            let allowed = allowance.filter(|_| joint == index || suspicion.stands()).map(TorqueAllowance::get);
+            let (middle, either_way) = allowed.map_or((motion.residual, 0.0), |allowed| (0.0, allowed));
+            let sent = state.sent.iter().filter_map(|torques| torques.get(joint));
+            let motor =
+                sent.fold(Torques::between(motion.torque, motion.filtered_torque), |range, torque| range.with(*torque));
+            *torques = motor.plus(middle, either_way);
+        }
+        let angles = state.motion.map(|joint| joint.angle);
+        let velocity = state.motion.map(|joint| joint.velocity);
+        let centrifugal = stop::centrifugal(self.settings.model.as_ref(), inertia, &angles, &velocity);
+        let nominal = stop::strongest_braking(inertia, &torques, &centrifugal, index, direction);
+        nominal * (1.0 + self.settings.model_error.get())
     }
 
     fn nothing_unexplained(&self) -> Residuals<J> {
@@ -205,6 +291,16 @@ impl<const J: usize> SupervisionState<J> {
         }
     }
 
+    fn residual(&self) -> [f64; J] {
+        self.motion.map(|joint| joint.residual)
+    }
+
+    /// Takes `torques` for those that were sent last.
+    fn replace(&mut self, torques: &[f64; J]) {
+        let [_, second, third] = self.sent;
+        self.sent = [*torques, second, third];
+    }
+
     fn remember(&mut self, torques: &[f64; J]) {
         let [newest, second, _] = self.sent;
         self.sent = [*torques, newest, second];
@@ -212,7 +308,7 @@ impl<const J: usize> SupervisionState<J> {
 }
 
 fn unsuspected<const J: usize>(counts: &[i32; J]) -> [Suspicion; J] {
-    counts.map(|count| Suspicion { count, ..Suspicion::default() })
+    counts.map(Suspicion::of)
 }
 
 #[cfg(test)]

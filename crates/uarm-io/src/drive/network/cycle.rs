@@ -123,11 +123,11 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
     }
 
     /// What is not bound to the SYNC, once a cycle: takes in waiting frames, sends the master's heartbeat if it is due,
-    /// and supervises heartbeats, NMT states and emergencies.
+    /// supervises heartbeats, NMT states and emergencies, and asks for supply voltages and temperatures.
     ///
     /// # Errors
     /// [`CycleError::Link`], [`CycleError::Disturbed`], [`CycleError::Emergency`], [`CycleError::NotOperational`],
-    /// [`CycleError::Lost`].
+    /// [`CycleError::Lost`], [`CycleError::Reading`], [`CycleError::NoReading`].
     pub fn housekeeping(&mut self, now: Instant) -> Result<(), CycleError<L::Error>> {
         self.produce_heartbeat(now)?;
         self.drain()?;
@@ -143,7 +143,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
                 return Err(CycleError::Lost { node: health.node, silence, limit });
             }
         }
-        Ok(())
+        self.inquire(now)
     }
 
     /// The first emergency that was not reported yet.

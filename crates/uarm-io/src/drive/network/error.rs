@@ -3,6 +3,7 @@
 use super::disturbance::Disturbance;
 use crate::drive::cia402::{PowerState, Statusword};
 use crate::drive::plan::Finding;
+use crate::drive::readings::Found;
 use crate::drive::sdo::SdoError;
 use crate::drive::words::{self, Named, Shown};
 use canopen_rs::{Address, EmergencyMessage, NmtState, Value};
@@ -78,6 +79,14 @@ pub enum StartError<E> {
         node: u8,
         /// What was found, what was expected, and what helps.
         finding: Finding,
+    },
+    /// The drive's supply voltage or temperature is beyond its limits.
+    #[error("node {node}: {found}")]
+    Reading {
+        /// The drive's node id.
+        node: u8,
+        /// What it reported, and what is allowed.
+        found: Found,
     },
     /// The drive bore the absence of its commands.
     #[error(
@@ -167,6 +176,20 @@ pub enum CycleError<E> {
         silence: Duration,
         /// Time borne.
         limit: Duration,
+    },
+    /// A drive's supply voltage or temperature is beyond its limits.
+    #[error("node {node}: {found}")]
+    Reading {
+        /// The drive's node id.
+        node: u8,
+        /// What it reported, and what is allowed.
+        found: Found,
+    },
+    /// A drive does not answer what it is asked for.
+    #[error("node {node} does not tell its supply voltage or temperature any more")]
+    NoReading {
+        /// The drive's node id.
+        node: u8,
     },
     /// A drive left NMT Operational.
     #[error("node {node} reports {}, expected NMT Operational", OptionalState(Some(*.found)))]

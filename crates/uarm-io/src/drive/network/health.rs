@@ -1,12 +1,13 @@
 //! What the master has seen of its drives, for a recorder.
 
 use crate::drive::cia402::Statusword;
+use crate::drive::readings::QUANTITIES;
 use crate::time::Instant;
 use canopen_rs::{EmergencyMessage, NmtState};
 use core::time::Duration;
 
 /// Counters and ages of one drive, since the network was built.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NodeHealth {
     /// The drive's node id.
     pub node: u8,
@@ -47,10 +48,14 @@ pub struct NodeHealth {
     pub nmt_state: Option<NmtState>,
     /// The last emergency message that was no error reset.
     pub last_emergency: Option<EmergencyMessage>,
+    /// What it was asked for last, by [`Quantity`](crate::drive::readings::Quantity): V and deg C.
+    pub readings: [Option<f64>; QUANTITIES],
+    /// How many of those were beyond what is worth a warning.
+    pub reading_warnings: u64,
 }
 
 /// The whole network's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NetworkHealth<const JOINTS: usize> {
     /// Each drive, joint 1 first.
     pub nodes: [NodeHealth; JOINTS],

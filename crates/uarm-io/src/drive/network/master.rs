@@ -6,6 +6,7 @@ use super::health::{NetworkHealth, NodeHealth};
 use crate::drive::cia402::Controlword;
 use crate::drive::identity::DriveIdentity;
 use crate::drive::plan::Findings;
+use crate::drive::readings::{Quantity, Reading};
 use crate::drive::survey::Survey;
 use crate::drive::wire::{self, Channel, DriveCommand, DriveFeedback, EmergencyMessage, SyncCounter};
 use crate::drive::wishes::{DriveConfiguration, Watchdog};
@@ -34,6 +35,7 @@ pub struct DriveNetwork<L: Link, const JOINTS: usize> {
     /// The first since the last start.
     pub(super) disturbance: Option<Disturbance>,
     pub(super) claim: BusClaim,
+    pub(super) inquiry: Inquiry,
 }
 
 /// Before feedback is waited for, none of it is late.
@@ -74,11 +76,31 @@ pub(super) struct Node {
     pub(super) missed: bool,
     /// Its feedback for the SYNC before may still come.
     pub(super) late: bool,
+    /// Requests for readings in a row that it has not answered.
+    pub(super) unanswered: u8,
     /// An emergency that was not reported yet.
     pub(super) alarm: Option<EmergencyMessage>,
     /// The last controlword sent.
     pub(super) controlword: Controlword,
     pub(super) health: NodeHealth,
+}
+
+/// The state of asking for readings.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Inquiry {
+    pub(super) next_at: Instant,
+    /// Which one of all that may be asked for is next.
+    pub(super) next: usize,
+    pub(super) open: Option<Request>,
+}
+
+/// A request for a reading that is not answered yet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Request {
+    pub(super) node: NodeId,
+    pub(super) quantity: Quantity,
+    pub(super) reading: Reading,
+    pub(super) at: Instant,
 }
 
 /// Whose bus it is.
@@ -145,6 +167,7 @@ impl Node {
             torque_is_fresh: false,
             missed: false,
             late: false,
+            unanswered: 0,
             alarm: None,
             controlword: Controlword::default(),
             health: NodeHealth { node: drive.node.raw(), ..NodeHealth::default() },
@@ -177,6 +200,7 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
             learned: |_, _, _| {},
             disturbance: None,
             claim: BusClaim::Free,
+            inquiry: Inquiry::default(),
         }
     }
 

@@ -74,6 +74,9 @@ impl<L: Link, const JOINTS: usize> DriveNetwork<L, JOINTS> {
         if let Some(twins) = twins {
             self.disturb(twins);
         }
+        if let Event::Sdo(from, payload) = event {
+            self.take_answer(from, &payload);
+        }
         event
     }
 

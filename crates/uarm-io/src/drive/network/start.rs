@@ -8,6 +8,7 @@ use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
 use crate::drive::identity::DriveIdentity;
 use crate::drive::objects;
 use crate::drive::plan::Findings;
+use crate::drive::readings::{Found, Quantity, Verdict};
 use crate::drive::wire::{self, DriveCommand, SyncCounter};
 use crate::drive::wishes::{DriveConfiguration, Protocol, SyncPayload, Watchdog, WatchdogTest};
 use crate::link::Link;
@@ -109,6 +110,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         for (joint, (position, found)) in positions.iter_mut().zip(&mut findings).enumerate() {
             let Some(drive) = self.network.configuration.drives().get(joint).cloned() else { break };
             (*position, *found) = self.set_up(&drive, &protocol)?;
+            self.check_readings(&drive)?;
         }
         Ok(Started { drives: self.network.identities(), positions, findings, sync_payload })
     }
@@ -155,6 +157,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     /// Forgets the last run.
     fn begin(&mut self) {
         self.network.disturbance = None;
+        self.network.forget_readings();
         for node in &mut self.network.nodes {
             node.stage = Stage::Unknown;
             node.owed = None;
@@ -231,6 +234,20 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         }
         let position = survey.number(&objects::POSITION_ACTUAL).and_then(|position| i32::try_from(position).ok());
         Ok((position.unwrap_or_default(), plan.findings))
+    }
+
+    /// Refuses a drive with a supply voltage or temperature with which a run would end.
+    fn check_readings(&mut self, drive: &DriveConfiguration) -> Outcome<(), L> {
+        for (reading, quantity) in drive.readings.iter().zip(Quantity::ALL) {
+            let Some(reading) = reading else { continue };
+            let value = reading.value(self.read_at(drive.node, reading.object, reading.data_type)?);
+            let value = value.unwrap_or(f64::NAN);
+            if reading.limits.verdict(value) == Verdict::Stop {
+                let found = Found { quantity, value, allowed: reading.limits.stop() };
+                return Err(StartError::Reading { node: drive.node.raw(), found });
+            }
+        }
+        Ok(())
     }
 
     /// Refuses what is no drive, before anything else is asked of it.

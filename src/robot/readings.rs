@@ -1,0 +1,125 @@
+//! Supply voltages and temperatures that a run reads, and their limits: checked.
+
+use uarm_io::drive::readings::{Quantity, Reading, ReadingLimits, Readings};
+use uarm_io::drive::{Address, DataType};
+
+use super::error::{Checker, RobotError};
+use super::file::{self, Protocol, RobotFile};
+
+/// 6079h, DC link circuit voltage, mV (CiA 402-2).
+const SUPPLY_VOLTAGE: file::ReadObject =
+    file::ReadObject { index: 0x6079, subindex: 0, kind: file::ObjectType::U32, unit: 1e-3 };
+
+/// What is read of the drive of joint `index`.
+pub(super) fn check(
+    index: usize,
+    drive: &file::Drive,
+    file: &RobotFile,
+    check: &Checker<'_>,
+) -> Result<Readings, RobotError> {
+    let supply = ("supply_voltage_v", &drive.supply_voltage_v, Some(SUPPLY_VOLTAGE));
+    let temperature = ("temperature_c", &drive.temperature_c, None);
+    let mut readings = Readings::default();
+    for ((reading, (name, limits, usual)), _) in readings.iter_mut().zip([supply, temperature]).zip(Quantity::ALL) {
+        let Some(limits) = limits else { continue };
+        let field = format!("joints[{index}].drive.{name}");
+        if file.bus.protocol != Protocol::Canopen {
+            return Err(check.refuse(
+                field,
+                "a table",
+                "none: only drives with bus.protocol = \"canopen\" are asked for it",
+            ));
+        }
+        *reading = Some(one(&field, limits, usual, check)?);
+    }
+    Ok(readings)
+}
+
+fn one(
+    field: &str,
+    limits: &file::ReadingLimits,
+    usual: Option<file::ReadObject>,
+    check: &Checker<'_>,
+) -> Result<Reading, RobotError> {
+    let Some(object) = limits.object.or(usual) else {
+        let expected = "{ index, subindex, type, unit }: the standard has no object for it";
+        return Err(check.refuse(format!("{field}.object"), "absent", expected));
+    };
+    check.positive(&format!("{field}.object.unit"), object.unit)?;
+    let least = |limit: Option<f64>| limit.unwrap_or(f64::NEG_INFINITY);
+    let most = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
+    // What ends a run is never borne without a word, and the other way round.
+    let stop = [least(limits.stop_below), most(limits.stop_above)];
+    let warn = [least(limits.warn_below.or(limits.stop_below)), most(limits.warn_above.or(limits.stop_above))];
+    let found = format!("warn {warn:?}, stop {stop:?}");
+    if stop.iter().chain(&warn).all(|limit| limit.is_infinite()) {
+        return Err(check.refuse(field, found, "one of warn_below, stop_below, warn_above, stop_above at least"));
+    }
+    let expected = "stop_below, warn_below, warn_above, stop_above in this order";
+    let limits = ReadingLimits::new(warn, stop).ok_or_else(|| check.refuse(field, found, expected))?;
+    let data_type: DataType = object.kind.data_type();
+    Ok(Reading { object: Address::new(object.index, object.subindex), data_type, scale: object.unit, limits })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use uarm_io::drive::readings::{Readings, Verdict};
+    use uarm_io::drive::{Address, DataType};
+
+    use crate::robot::overrides::Overrides;
+    use crate::robot::{BUILT_IN, Robot};
+
+    fn with(keys: &str) -> Result<Readings, String> {
+        let text = BUILT_IN.replacen(
+            "drive = { rated_torque_nm = 0.2,",
+            &format!("drive = {{ {keys}, rated_torque_nm = 0.2,"),
+            1,
+        );
+        let robot =
+            Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).map_err(|error| error.to_string())?;
+        let [base, ..] = robot.description.joints;
+        Ok(base.drive.readings)
+    }
+
+    #[test]
+    fn voltage_is_read_from_the_standards_object_and_temperature_from_the_makers() {
+        let [voltage, temperature] = with(
+            "supply_voltage_v = { warn_below = 22.0, stop_below = 20.0, stop_above = 30.0 }, \
+             temperature_c = { object = { index = 0x2010, subindex = 1, type = \"i16\", unit = 0.1 }, warn_above = 70, stop_above = 80 }",
+        )
+        .unwrap();
+        let (voltage, temperature) = (voltage.unwrap(), temperature.unwrap());
+        assert_eq!((voltage.object, voltage.data_type), (Address::new(0x6079, 0), DataType::Unsigned32));
+        assert_eq!(voltage.scale, 1e-3);
+        assert_eq!(voltage.limits.stop(), [20.0, 30.0]);
+        assert_eq!(voltage.limits.warn(), [22.0, 30.0]);
+        assert_eq!((temperature.object, temperature.data_type), (Address::new(0x2010, 1), DataType::Integer16));
+        assert_eq!(temperature.scale, 0.1);
+        assert_eq!(temperature.limits.verdict(75.0), Verdict::Warning);
+        assert_eq!(temperature.limits.verdict(-40.0), Verdict::Good);
+    }
+
+    #[test]
+    fn what_cannot_be_read_or_judged_is_refused_by_name() {
+        for (keys, part) in [
+            ("temperature_c = { stop_above = 80 }", "joints[0].drive.temperature_c.object = absent: expected { index"),
+            (
+                "supply_voltage_v = {}",
+                "joints[0].drive.supply_voltage_v = warn [-inf, inf], stop [-inf, inf]: expected one of warn_below",
+            ),
+            (
+                "supply_voltage_v = { warn_below = 19.0, stop_below = 20.0 }",
+                "stop_below, warn_below, warn_above, stop_above in this order",
+            ),
+            (
+                "supply_voltage_v = { object = { index = 0x6079, subindex = 0, type = \"u32\", unit = 0.0 }, stop_below = 20.0 }",
+                "joints[0].drive.supply_voltage_v.object.unit = 0",
+            ),
+        ] {
+            let message = with(keys).unwrap_err();
+            assert!(message.contains(part), "{keys}: {message}");
+        }
+    }
+}
