@@ -133,6 +133,9 @@ impl FaultCode {
                 | Self::TorqueInvalid
                 | Self::NotFinite
                 | Self::TorqueSaturated
+                | Self::EncoderStuck
+                | Self::TorqueReversed
+                | Self::ModelContradicted
         )
     }
 }

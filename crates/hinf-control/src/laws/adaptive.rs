@@ -20,15 +20,17 @@
 
 use super::state::state_is_its_estimators;
 use crate::adaptation::{Adaptation, AdaptationWeight, AdaptiveOutput, ParameterEstimator, ScalarWeight};
-use crate::law_definition::{
-    AdaptationSettings, BuildContext, BuildError, CatalogueModel, DerivedWeights, InertialScale, LawDefinition, PaperArm, PaperWeights,
-    PublishedIndices, StateWeights,
-};
 use crate::arm_model::LinearModel;
-use crate::{AuxiliaryMotion, BaseMeasurement};
+use crate::law_definition::{
+    AdaptationSettings, BuildContext, BuildError, CatalogueModel, DerivedWeights, InertialScale, LawDefinition,
+    PaperArm, PaperWeights, PublishedIndices, StateWeights,
+};
 use crate::{AdaptiveBaseAcceleration, BaseAcceleration, SymmetricWeight, UnsupportedBaseAcceleration};
+use crate::{AuxiliaryMotion, BaseMeasurement};
 use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError};
-use dem_model::{BaseFreedom, BaseMotion, LINK_PARAMETERS, REGRESSOR_PARAMETERS, Scalar, SerialManipulator, ThreeLinkDem};
+use dem_model::{
+    BaseFreedom, BaseMotion, LINK_PARAMETERS, REGRESSOR_PARAMETERS, Scalar, SerialManipulator, ThreeLinkDem,
+};
 use nalgebra::{SMatrix, SVector};
 
 /// Settings of the law. The default is Table 3.
@@ -72,7 +74,13 @@ impl<const N: usize> LawDefinition<N> for Settings<N> {
 
     fn derived(weights: &DerivedWeights<N>) -> Self {
         let AdaptationSettings { z, bound } = weights.inertial;
-        Self { q1: weights.state.q1, q2: weights.state.q2, z, bound, base_acceleration: AdaptiveBaseAcceleration::Eliminated }
+        Self {
+            q1: weights.state.q1,
+            q2: weights.state.q2,
+            z,
+            bound,
+            base_acceleration: AdaptiveBaseAcceleration::Eliminated,
+        }
     }
 
     fn build<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>>(

@@ -8,12 +8,12 @@
 
 use super::state::has_no_state;
 use crate::NominalForm;
-use crate::gains::PdGains;
 use crate::arm_model::ArmModel;
+use crate::gains::PdGains;
 use crate::law_definition::{BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition};
-use crate::{BaseAcceleration, UnsupportedBaseAcceleration};
 use crate::{AdaptationStatus, Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
 use crate::{AuxiliaryMotion, NominalModel};
+use crate::{BaseAcceleration, UnsupportedBaseAcceleration};
 use dem_model::{Scalar, ThreeLinkDem};
 
 /// Settings of the law for N joints.

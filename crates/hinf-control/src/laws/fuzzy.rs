@@ -12,8 +12,8 @@
 use super::state::state_is_its_estimators;
 use crate::adaptation::{Adaptation, AdaptationWeight, AdaptiveOutput, ParameterEstimator, ScalarWeight};
 use crate::law_definition::{
-    AdaptationSettings, BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition, PaperArm, PaperWeights,
-    PublishedIndices, StateWeights,
+    AdaptationSettings, BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition, PaperArm,
+    PaperWeights, PublishedIndices, StateWeights,
 };
 use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError};
 use crate::{FUZZY_PARAMETERS, FuzzyRegressor, FuzzySystem};

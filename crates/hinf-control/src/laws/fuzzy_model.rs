@@ -70,7 +70,14 @@ impl<const N: usize> LawDefinition<N> for Settings<N> {
 
     fn derived(weights: &DerivedWeights<N>) -> Self {
         let AdaptationSettings { z, bound } = weights.rules;
-        Self { q1: weights.state.q1, q2: weights.state.q2, z, bound, firing: Firing::Minimum, model_form: NominalForm::Reduced }
+        Self {
+            q1: weights.state.q1,
+            q2: weights.state.q2,
+            z,
+            bound,
+            firing: Firing::Minimum,
+            model_form: NominalForm::Reduced,
+        }
     }
 
     fn build<T: Scalar, const B: usize, M: CatalogueModel<T, N, B>>(

@@ -12,8 +12,8 @@ use super::state::state_is_its_estimators;
 use crate::SymmetricWeight;
 use crate::adaptation::{Adaptation, AdaptationWeight, AdaptiveOutput, ParameterEstimator, ScalarWeight};
 use crate::law_definition::{
-    AdaptationSettings, BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition, PaperArm, PaperWeights,
-    PublishedIndices, StateWeights,
+    AdaptationSettings, BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition, PaperArm,
+    PaperWeights, PublishedIndices, StateWeights,
 };
 use crate::{Command, Controller, Measurement, Reference, Synthesis, TrackingError};
 use crate::{NEURONS, TanhNetworks};
@@ -40,12 +40,7 @@ where
     PaperArm: PaperWeights<N>,
 {
     fn default() -> Self {
-        Self {
-            q1: PaperArm::diagonal([0.64, 0.64]),
-            q2: PaperArm::diagonal([9.0, 7.0]),
-            z: 10.0,
-            bound: 0.1,
-        }
+        Self { q1: PaperArm::diagonal([0.64, 0.64]), q2: PaperArm::diagonal([9.0, 7.0]), z: 10.0, bound: 0.1 }
     }
 }
 

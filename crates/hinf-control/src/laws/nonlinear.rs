@@ -21,13 +21,13 @@
 //! `eliminated` it does not: the ratio of eq. 8 reaches about 190 at γ² = 4.
 
 use super::state::has_no_state;
+use crate::AuxiliaryMotion;
+use crate::arm_model::{ArmModel, Momentum};
 use crate::law_definition::{
     BuildContext, BuildError, CatalogueModel, DerivedWeights, LawDefinition, LawVariant, PaperArm, PaperWeights,
     PublishedIndices, StateWeights, VariantOrigin,
 };
-use crate::arm_model::{ArmModel, Momentum};
 use crate::{AdaptationStatus, Command, Controller, Measurement, Reference, Synthesis, TrackingError, is_usable};
-use crate::AuxiliaryMotion;
 use crate::{BaseAcceleration, SymmetricWeight, UnsupportedBaseAcceleration};
 use dem_model::{Scalar, ThreeLinkDem};
 use nalgebra::SVector;
