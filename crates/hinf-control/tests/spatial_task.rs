@@ -108,15 +108,8 @@ fn run(law: &mut AnyController<f64, 3, 3, Model>, plant: &Plant, base_velocity: 
 }
 
 /// Those that bounds are known of: a law that is added has bounds of its own.
-const LAWS: [Law; 7] = [
-    Law::Nonlinear,
-    Law::Adaptive,
-    Law::Neural,
-    Law::NeuralModel,
-    Law::Fuzzy,
-    Law::FuzzyModel,
-    Law::ComputedTorque,
-];
+const LAWS: [Law; 7] =
+    [Law::Nonlinear, Law::Adaptive, Law::Neural, Law::NeuralModel, Law::Fuzzy, Law::FuzzyModel, Law::ComputedTorque];
 
 fn laws(model: &Model) -> Vec<(Law, Option<BaseAcceleration>, AnyController<f64, 3, 3, Model>)> {
     let derived = ControllerSettings::derived(model, task().start()).unwrap();
