@@ -25,6 +25,8 @@ use crate::realtime::Realtime;
 use crate::report::{Ending, RunReport, Subject};
 use crate::robot::{self, Robot};
 
+/// Laws and emulated drives are made on the loop's stack: 2 MiB, the default of a thread, are too few in some builds.
+const STACK: usize = 8 << 20;
 /// Emulated drives with makers' dictionaries hold their objects by value, 0.4 MB each, and are made on the loop's stack.
 const STACK_WITH_DICTIONARIES: usize = 32 << 20;
 
@@ -112,7 +114,7 @@ impl Session {
             };
             let run = move || loop_thread.run();
             let builder = thread::Builder::new().name("uarm-loop".into());
-            let builder = if self.bought.is_none() { builder } else { builder.stack_size(STACK_WITH_DICTIONARIES) };
+            let builder = builder.stack_size(if self.bought.is_none() { STACK } else { STACK_WITH_DICTIONARIES });
             let experiment = builder.spawn_scoped(scope, run)?;
             if self.place.clock() == ClockKind::Monotonic {
                 show_progress(progress, robot.description.task.motion().end(), || experiment.is_finished());
