@@ -103,6 +103,11 @@ fn escaped(bytes: &[u8], escapes: Escapes) -> Cow<'_, [u8]> {
     Cow::Owned(text.into_bytes())
 }
 
+/// A name with its line ends escaped, too: a file that somebody wrote cannot print lines of its own.
+pub fn in_one_line(name: &str) -> String {
+    name.replace('\n', "\\n").replace('\t', "\\t")
+}
+
 /// Control characters, and those that turn the direction of writing.
 fn is_obeyed(letter: char) -> bool {
     match letter {
@@ -127,6 +132,7 @@ mod tests {
         }
         let name = "red\u{1b}[31m\r\u{7f}\u{9b}\u{202e}";
         assert_eq!(text(name, Escapes::Text), "red\\u{1b}[31m\\u{d}\\u{7f}\\u{9b}\\u{202e}");
+        assert_eq!(in_one_line("a\nb: ok\tc"), "a\\nb: ok\\tc");
         let json = format!("\"{}\"", text("a\u{9b}\u{7f}", Escapes::Json));
         assert_eq!(serde_json::from_str::<String>(&json).unwrap(), "a\u{9b}\u{7f}");
         assert_eq!(escaped(b"\xff.mcap", Escapes::Text).as_ref(), "\u{fffd}.mcap".as_bytes());

@@ -228,7 +228,7 @@ fn parts_of_a_monte_carlo_study_merge_to_the_bytes_of_the_whole() {
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
     let file = |name: &str| folder.join(name).display().to_string();
-    let study = ["compare", "--controllers", "nonlinear,adaptive", "--monte-carlo", "5"];
+    let study = ["compare", "--controllers", "nonlinear,fuzzy", "--monte-carlo", "5"];
     let run = |more: &[&str]| standard_output(&[&study, more].concat());
     let whole = run(&["--draws", &file("whole.jsonl"), "--csv", &file("whole.csv")]);
     let part = run(&["--shard", "1/2", "--draws", &file("1.jsonl"), "--threads", "1"]);
@@ -262,6 +262,19 @@ fn tables_bring_the_caveat_where_the_plant_is_fitted() {
     assert!(!table.contains("13 parameters"), "{table}");
     let table = standard_output(&["compare", "--controllers", "fuzzy", "--monte-carlo", "2"]);
     assert!(table.contains("median") && table.contains("13 parameters"), "{table}");
+}
+
+#[test]
+fn trained_sets_are_for_fuzzy_laws() {
+    let sets = ["--fuzzy-sets", TRAINED_SETS];
+    for command in [&["compare", "--controllers", "nonlinear,neural"][..], &["run", "--virtual-time", "--log", "none"]]
+    {
+        let output = uarm(&[command, &sets].concat());
+        assert_eq!(output.status.code(), Some(1), "{command:?}");
+        assert!(text(&output).contains("expected one with fuzzy sets: fuzzy, fuzzy-model"), "{}", text(&output));
+    }
+    let run = uarm(&[&["run", "--virtual-time", "--log", "none", "--controller", "fuzzy"], &sets[..]].concat());
+    assert!(text(&run).contains("fuzzy laws with trained sets (CRC-32"), "{}", text(&run));
 }
 
 #[test]

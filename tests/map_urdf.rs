@@ -115,11 +115,12 @@ fn a_robot_file_is_written_too() {
 
 #[test]
 fn what_is_wrong_is_named_with_the_option_that_helps() {
-    let cases: [(&[&str], i32, &str); 8] = [
+    let cases: [(&[&str], i32, &str); 9] = [
         (&[URDF], 1, "the arm ends in \"camera\", \"tool\", expected one to be named as its tip (--tip LINK names it)"),
         (&[URDF, "--tip", "hand"], 1, "no link \"hand\""),
         (&[URDF, "--tip", "tool", "--base", "tool"], 1, "link \"tool\" is not outboard of link \"tool\""),
         (&[URDF, "--tip", "tool", "--base-mass", "5"], 2, "--base-inertia"),
+        (&[URDF, "--tip", "tool", "--base-mass", "-5", "--base-inertia", "1,1,1"], 1, "expected a mass above 0"),
         (&[URDF, "--tip", "tool", "--base-mass", "5", "--base-inertia", "1,2"], 2, "three or six numbers"),
         (&["--tip", "tool"], 1, "--tip is for a URDF, and this is none"),
         (&[URDF, "--tip", "tool", "--urdf", URDF, "--force"], 1, "it is the input"),
@@ -170,6 +171,14 @@ fn what_is_strange_is_told() {
     for expected in ["no body has this inertia", "a prismatic joint moves the equivalent's link by a part"] {
         assert!(printed.contains(expected), "no {expected:?} in\n{printed}");
     }
+    let named = text.replace("\"elbow\"", "\"elbow&#10;joint yaw: fake\"");
+    assert!(
+        standard_output(&run(&named)).contains("joint elbow\\njoint yaw: fake: revolute"),
+        "a name with a line end"
+    );
+    let unlimited = text.replace(r#"lower="-3" upper="3""#, "");
+    assert_ne!(unlimited, text);
+    assert!(standard_output(&run(&unlimited)).contains("no range; 20 at most 0.5/s"), "limits without a range");
     let printed = standard_output(&run(&text));
     assert!(!printed.contains("no body has this inertia") && !printed.contains("prismatic"), "{printed}");
 }

@@ -380,6 +380,19 @@ pub enum ObjectType {
 }
 
 impl ObjectType {
+    /// The least and the largest value.
+    pub fn range(self) -> [f64; 2] {
+        let [least, most] = match self {
+            Self::U8 => [0, i64::from(u8::MAX)],
+            Self::U16 => [0, i64::from(u16::MAX)],
+            Self::U32 => [0, i64::from(u32::MAX)],
+            Self::I8 => [i64::from(i8::MIN), i64::from(i8::MAX)],
+            Self::I16 => [i64::from(i16::MIN), i64::from(i16::MAX)],
+            Self::I32 => [i64::from(i32::MIN), i64::from(i32::MAX)],
+        };
+        [least as f64, most as f64]
+    }
+
     /// The type of the object dictionary.
     pub const fn data_type(self) -> DataType {
         match self {

@@ -95,10 +95,7 @@ impl TrainedSets {
             text.push_str(format!("# {line}").trim_end());
             text.push('\n');
         }
-        let firing = match self.firing {
-            Firing::Minimum => "minimum",
-            Firing::Product => "product",
-        };
+        let firing = firing_name(self.firing);
         text.push_str(&format!("\nschema = {SCHEMA}\nfiring = \"{firing}\"  # of the rules, in training as in use\n"));
         for (name, bells) in
             [("velocity_error_deg_per_s", &self.sets.velocity), ("position_error_deg", &self.sets.position)]
@@ -121,12 +118,32 @@ impl TrainedSets {
 }
 
 impl Robot {
-    /// Lets the fuzzy laws run with the sets in `file`, if one is given.
+    /// Lets the fuzzy ones of `laws` run with the sets in `file`, if one is given.
     ///
     /// # Errors
-    /// [`RobotError`] if the file is wrong, or its sets were trained for another firing than the laws have.
-    pub fn load_fuzzy_sets(&mut self, file: Option<&Path>) -> Result<(), RobotError> {
-        file.map_or(Ok(()), |file| self.use_fuzzy_sets(file, &TrainedSets::load(file)?))
+    /// [`RobotError`] if the file is wrong, its sets were trained for another firing than the laws have, or none of `laws` is fuzzy.
+    pub fn load_fuzzy_sets(
+        &mut self,
+        file: Option<&Path>,
+        mut laws: impl Iterator<Item = Law>,
+    ) -> Result<(), RobotError> {
+        let Some(file) = file else { return Ok(()) };
+        let sets = TrainedSets::load(file)?;
+        if !laws.any(|law| self.is_fuzzy(law)) {
+            let fuzzy = Law::ALL.into_iter().filter(|law| self.is_fuzzy(*law)).map(Law::name);
+            let expected = format!("one with fuzzy sets: {}", fuzzy.collect::<Vec<_>>().join(", "));
+            return Err(Checker::new(file).refuse("controller", "one without", expected));
+        }
+        self.use_fuzzy_sets(file, &sets)
+    }
+
+    fn is_fuzzy(&self, law: Law) -> bool {
+        self.file.controllers.firing(law).is_some()
+    }
+
+    /// What to say of a run with `law`, if it has trained sets.
+    pub fn trained_sets_of(&self, law: Law) -> Option<String> {
+        self.fuzzy_sets_crc32().filter(|_| self.is_fuzzy(law)).map(described)
     }
 
     /// Lets the fuzzy laws run with trained sets; `name` is what messages call their file.
@@ -137,8 +154,9 @@ impl Robot {
         for law in Law::ALL {
             let Some(firing) = self.file.controllers.firing(law) else { continue };
             if firing != trained.firing {
-                let expected = format!("{firing:?}, which controllers.{}.firing of the robot file says", law.name());
-                return Err(Checker::new(name).refuse("firing", format!("{:?}", trained.firing), expected));
+                let [expected, found] = [firing, trained.firing].map(firing_name);
+                let expected = format!("{expected}, which controllers.{}.firing of the robot file says", law.name());
+                return Err(Checker::new(name).refuse("firing", found, expected));
             }
         }
         self.fuzzy_sets = Some(trained.sets);
@@ -149,6 +167,19 @@ impl Robot {
     pub fn fuzzy_sets_crc32(&self) -> Option<u32> {
         self.fuzzy_sets.map(|sets| crc32fast::hash(format!("{sets:?}").as_bytes()))
     }
+}
+
+/// As the files have it.
+const fn firing_name(firing: Firing) -> &'static str {
+    match firing {
+        Firing::Minimum => "minimum",
+        Firing::Product => "product",
+    }
+}
+
+/// Trained sets in words.
+pub fn described(crc32: u32) -> String {
+    format!("fuzzy laws with trained sets (CRC-32 {crc32:08x})")
 }
 
 fn bells(
@@ -240,7 +271,7 @@ mod tests {
         let mut robot = Robot::load(None).unwrap();
         let product = TrainedSets { firing: Firing::Product, ..untrained() };
         let message = robot.use_fuzzy_sets(Path::new("sets.toml"), &product).unwrap_err().to_string();
-        assert!(message.contains("firing = Product: expected Minimum"), "{message}");
+        assert!(message.contains("firing = product: expected minimum"), "{message}");
         assert!(robot.fuzzy_sets.is_none());
         robot.use_fuzzy_sets(Path::new("sets.toml"), &untrained()).unwrap();
         assert!(robot.fuzzy_sets.is_some());

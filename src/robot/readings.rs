@@ -1,6 +1,7 @@
 //! Supply voltages and temperatures that a run reads, and their limits: checked.
 
 use uarm_io::drive::readings::{Quantity, Reading, ReadingLimits, Readings};
+use uarm_io::drive::words::Named;
 use uarm_io::drive::{Address, DataType};
 
 use super::error::{Checker, RobotError};
@@ -17,10 +18,12 @@ pub(super) fn check(
     file: &RobotFile,
     check: &Checker<'_>,
 ) -> Result<Readings, RobotError> {
-    let supply = ("supply_voltage_v", &drive.supply_voltage_v, Some(SUPPLY_VOLTAGE));
-    let temperature = ("temperature_c", &drive.temperature_c, None);
     let mut readings = Readings::default();
-    for ((reading, (name, limits, usual)), _) in readings.iter_mut().zip([supply, temperature]).zip(Quantity::ALL) {
+    for (reading, quantity) in readings.iter_mut().zip(Quantity::ALL) {
+        let (name, limits, usual) = match quantity {
+            Quantity::SupplyVoltage => ("supply_voltage_v", &drive.supply_voltage_v, Some(SUPPLY_VOLTAGE)),
+            Quantity::Temperature => ("temperature_c", &drive.temperature_c, None),
+        };
         let Some(limits) = limits else { continue };
         let field = format!("joints[{index}].drive.{name}");
         if file.bus.protocol != Protocol::Canopen {
@@ -31,6 +34,12 @@ pub(super) fn check(
             ));
         }
         *reading = Some(one(&field, limits, usual, check)?);
+    }
+    if let [Some(voltage), Some(temperature)] = &readings
+        && voltage.object == temperature.object
+    {
+        let field = format!("joints[{index}].drive.temperature_c.object");
+        return Err(check.refuse(field, Named(temperature.object), "another than that of supply_voltage_v"));
     }
     Ok(readings)
 }
@@ -46,14 +55,30 @@ fn one(
         return Err(check.refuse(format!("{field}.object"), "absent", expected));
     };
     check.positive(&format!("{field}.object.unit"), object.unit)?;
+    let [least_value, most_value] = object.kind.range();
+    let given = [
+        ("warn_below", limits.warn_below),
+        ("stop_below", limits.stop_below),
+        ("warn_above", limits.warn_above),
+        ("stop_above", limits.stop_above),
+    ];
+    let given: Vec<_> = given.into_iter().filter_map(|(name, limit)| Some((name, limit?))).collect();
+    for (name, limit) in &given {
+        // One that no value of the object reaches would never be heard of.
+        check.within(&format!("{field}.{name}"), *limit, least_value * object.unit, most_value * object.unit)?;
+    }
+    let found = given.iter().map(|(name, limit)| format!("{name} = {limit}")).collect::<Vec<_>>().join(", ");
     let least = |limit: Option<f64>| limit.unwrap_or(f64::NEG_INFINITY);
     let most = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
     // What ends a run is never borne without a word, and the other way round.
     let stop = [least(limits.stop_below), most(limits.stop_above)];
     let warn = [least(limits.warn_below.or(limits.stop_below)), most(limits.warn_above.or(limits.stop_above))];
-    let found = format!("warn {warn:?}, stop {stop:?}");
-    if stop.iter().chain(&warn).all(|limit| limit.is_infinite()) {
-        return Err(check.refuse(field, found, "one of warn_below, stop_below, warn_above, stop_above at least"));
+    if given.is_empty() {
+        return Err(check.refuse(
+            field,
+            "without limits",
+            "one of warn_below, stop_below, warn_above, stop_above at least",
+        ));
     }
     let expected = "stop_below, warn_below, warn_above, stop_above in this order";
     let limits = ReadingLimits::new(warn, stop).ok_or_else(|| check.refuse(field, found, expected))?;
@@ -105,13 +130,24 @@ mod tests {
     fn what_cannot_be_read_or_judged_is_refused_by_name() {
         for (keys, part) in [
             ("temperature_c = { stop_above = 80 }", "joints[0].drive.temperature_c.object = absent: expected { index"),
-            (
-                "supply_voltage_v = {}",
-                "joints[0].drive.supply_voltage_v = warn [-inf, inf], stop [-inf, inf]: expected one of warn_below",
-            ),
+            ("supply_voltage_v = {}", "joints[0].drive.supply_voltage_v = without limits: expected one of warn_below"),
             (
                 "supply_voltage_v = { warn_below = 19.0, stop_below = 20.0 }",
-                "stop_below, warn_below, warn_above, stop_above in this order",
+                "supply_voltage_v = warn_below = 19, stop_below = 20: expected stop_below, warn_below, warn_above, stop_above in this order",
+            ),
+            (
+                "supply_voltage_v = { stop_below = -5.0 }",
+                "supply_voltage_v.stop_below = -5: expected a number from 0 to 4294967.295",
+            ),
+            ("supply_voltage_v = { stop_above = nan }", "supply_voltage_v.stop_above = NaN: expected a number from 0"),
+            (
+                "temperature_c = { stop_above = 80.0, object = { index = 0x2010, subindex = 0, type = \"i16\", unit = 0.001 } }",
+                "temperature_c.stop_above = 80: expected a number from -32.768 to 32.767",
+            ),
+            (
+                "supply_voltage_v = { stop_below = 20.0 }, \
+                 temperature_c = { stop_above = 80.0, object = { index = 0x6079, subindex = 0, type = \"u32\", unit = 1.0 } }",
+                "joints[0].drive.temperature_c.object = 6079h:00: expected another than that of supply_voltage_v",
             ),
             (
                 "supply_voltage_v = { object = { index = 0x6079, subindex = 0, type = \"u32\", unit = 0.0 }, stop_below = 20.0 }",

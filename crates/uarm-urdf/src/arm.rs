@@ -28,10 +28,18 @@ pub struct Selection {
 /// A spacecraft that a URDF does not have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spacecraft {
-    /// In kg; > 0.
-    pub mass: f64,
-    /// About its centre of mass, in axes of the base link, in kg·m².
-    pub inertia: Matrix3<f64>,
+    mass: f64,
+    inertia: Matrix3<f64>,
+}
+
+impl Spacecraft {
+    /// A spacecraft of `mass` kg, with the `inertia` about its centre of mass, in axes of the base link, in kg·m².
+    ///
+    /// None unless the mass is finite and positive, and the inertia finite, symmetric and positive definite.
+    pub fn new(mass: f64, inertia: Matrix3<f64>) -> Option<Self> {
+        let is_inertia = inertia == inertia.transpose() && inertia.iter().all(|entry| entry.is_finite());
+        (mass > 0.0 && mass.is_finite() && is_inertia && inertia.cholesky().is_some()).then_some(Self { mass, inertia })
+    }
 }
 
 /// A joint of the arm.

@@ -27,7 +27,7 @@ pub(crate) enum Kind {
 /// The range of a joint's coordinate, and what its motor can do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// The least coordinate in rad or m; none where the joint is continuous.
+    /// The least coordinate in rad or m; none where the joint is continuous, or the file has neither this nor the largest.
     pub lower: Option<f64>,
     /// The largest coordinate in rad or m.
     pub upper: Option<f64>,
@@ -172,9 +172,11 @@ impl<'a> Part<'a, '_> {
 
     fn limits(&self, kind: &Kind) -> Result<Option<Limits>, UrdfError> {
         let Some(limit) = self.child("limit")? else { return Ok(None) };
-        let bound = |attribute, what| match kind {
-            Kind::Continuous => Ok(None),
-            _ => limit.number(attribute, what).map(|bound| Some(bound.unwrap_or(0.0))),
+        let has_range =
+            *kind != Kind::Continuous && ["lower", "upper"].iter().any(|name| limit.node.has_attribute(*name));
+        let bound = |attribute, what| {
+            let bound = limit.number(attribute, what)?;
+            Ok::<_, UrdfError>(has_range.then(|| bound.unwrap_or(0.0)))
         };
         let limits = Limits {
             lower: bound("lower", "limit lower")?,

@@ -134,7 +134,16 @@ fn an_arm_without_a_spacecraft_gets_one() {
         .replace("<mass value=\"20\"/>", "<mass value=\"0\"/>");
     let error = Arm::parse(&bare, &with_tip("tool")).unwrap_err();
     assert_eq!(error, UrdfError::NoSpacecraft { link: "bus".to_owned(), found: 0.0 });
-    let spacecraft = Some(Spacecraft { mass: 50.0, inertia: Matrix3::identity() });
+    let spacecraft = Spacecraft::new(50.0, Matrix3::identity());
+    assert!(spacecraft.is_some());
+    for (mass, inertia) in [
+        (0.0, Matrix3::identity()),
+        (f64::INFINITY, Matrix3::identity()),
+        (50.0, -Matrix3::identity()),
+        (50.0, Matrix3::new(1.0, 0.1, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)),
+    ] {
+        assert_eq!(Spacecraft::new(mass, inertia), None, "{mass} {inertia}");
+    }
     let arm = Arm::parse(&bare, &Selection { spacecraft, ..with_tip("tool") }).unwrap();
     assert_eq!(arm.spacecraft.body.mass, 50.0);
     close(arm.spacecraft.body.centre, [0.0; 3]);

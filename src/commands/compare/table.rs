@@ -6,6 +6,7 @@ use super::comparison::{Comparison, ControllerRow, Failure};
 use super::monte_carlo::{MonteCarlo, MonteCarloRow};
 use super::statistics::{Quantiles, Summary};
 use super::variant::Origin;
+use crate::robot::fuzzy_sets::described;
 use crate::study::start::StartVariation;
 use uarm_loop::outcome::Indices;
 
@@ -135,7 +136,7 @@ fn print_quantiles(
 }
 
 fn print_sets(crc32: Option<u32>, output: &mut impl Write) -> io::Result<()> {
-    crc32.map_or(Ok(()), |crc32| writeln!(output, "\nfuzzy laws with trained sets (CRC-32 {crc32:08x})"))
+    crc32.map_or(Ok(()), |crc32| writeln!(output, "\n{}", described(crc32)))
 }
 
 fn print_caveat(caveat: Option<&str>, output: &mut impl Write) -> io::Result<()> {

@@ -130,7 +130,7 @@ impl VariantRobot {
     ) -> Result<Vec<Self>, RobotError> {
         let load = |variant: &ControllerVariant| {
             let mut robot = variant.robot(files.robot, overrides)?;
-            robot.load_fuzzy_sets(files.fuzzy_sets)?;
+            robot.load_fuzzy_sets(files.fuzzy_sets, variants.iter().map(ControllerVariant::law))?;
             Ok(Self { variant: *variant, robot })
         };
         variants.iter().map(load).collect()

@@ -60,7 +60,7 @@ pub struct Arguments {
 /// If the robot file is wrong, a run fails, or a file cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let mut robot = Robot::load(arguments.robot.as_deref())?;
-    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
+    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref(), Law::ALL.into_iter())?;
     let inputs = [&arguments.robot, &arguments.fuzzy_sets];
     let outputs = OutputFiles::new(arguments.force, inputs.into_iter().flatten().map(PathBuf::as_path));
     let sheets = sheets(&robot, arguments.plant)?;

@@ -9,6 +9,7 @@ use serde::Serialize;
 use uarm_urdf::{Arm, ArmJoint, ArmLink, Base, Names, Selection, Spacecraft};
 
 use super::chains::{Chains, MOST_LINKS};
+use crate::console::in_one_line;
 
 /// Which part of a URDF is meant.
 #[derive(Debug, clap::Args)]
@@ -20,7 +21,7 @@ pub struct Choice {
     /// The link whose frame is the end effector's [default: the only end of the arm]
     #[arg(long, value_name = "LINK")]
     tip: Option<String>,
-    /// The mass in kg of a spacecraft that the file does not have, at the origin of the base link and joined to it
+    /// The mass in kg of a spacecraft that the file does not have, at the origin of the base link; it is added to what that link has
     #[arg(long, value_name = "KG", requires = "base_inertia", allow_negative_numbers = true)]
     base_mass: Option<f64>,
     /// Its inertia in kg m^2, as IXX,IYY,IZZ or IXX,IYY,IZZ,IXY,IXZ,IYZ
@@ -45,9 +46,14 @@ impl Choice {
             .find_map(|(given, name)| given.then_some(name))
     }
 
-    fn selection(&self) -> Selection {
-        let spacecraft = self.base_mass.zip(self.base_inertia).map(|(mass, inertia)| Spacecraft { mass, inertia });
-        Selection { base: self.base.clone(), tip: self.tip.clone(), spacecraft }
+    fn selection(&self) -> anyhow::Result<Selection> {
+        let given = |(mass, inertia)| {
+            Spacecraft::new(mass, inertia).context(
+                "--base-mass, --base-inertia: expected a mass above 0 and the positive definite inertia of a body",
+            )
+        };
+        let spacecraft = self.base_mass.zip(self.base_inertia).map(given).transpose()?;
+        Ok(Selection { base: self.base.clone(), tip: self.tip.clone(), spacecraft })
     }
 }
 
@@ -131,7 +137,7 @@ fn motion(joint: &ArmJoint) -> &'static str {
 
 /// What the command makes of the text of a URDF.
 pub fn map(text: &str, choice: &Choice) -> anyhow::Result<(Report, Chains)> {
-    let arm = Arm::parse(text, &choice.selection()).map_err(hinted)?;
+    let arm = Arm::parse(text, &choice.selection()?).map_err(hinted)?;
     match arm.joints.len() {
         1 => map_joints::<1>(&arm),
         2 => map_joints::<2>(&arm),
@@ -228,7 +234,7 @@ fn map_joints<const N: usize>(arm: &Arm) -> anyhow::Result<(Report, Chains)> {
 impl Report {
     /// Prints it.
     pub fn print(&self, output: &mut impl Write) -> std::io::Result<()> {
-        writeln!(output, "{}: {} joints, {:.6} kg", self.robot, self.joints.len(), self.total_mass_kg)?;
+        writeln!(output, "{}: {} joints, {:.6} kg", in_one_line(&self.robot), self.joints.len(), self.total_mass_kg)?;
         writeln!(output, "vectors in axes of the base while all coordinates are zero")?;
         for joint in &self.joints {
             let limits = match &joint.limits {
@@ -237,22 +243,29 @@ impl Report {
                     "{}; {} at most {}/s",
                     match (limits.lower, limits.upper) {
                         (Some(lower), Some(upper)) => format!("{lower} to {upper}"),
-                        _ => "any angle".to_owned(),
+                        _ => "no range".to_owned(),
                     },
                     limits.effort,
                     limits.velocity
                 ),
             };
-            writeln!(output, "  joint {}: {}, axis {}, {limits}", joint.joint, joint.motion, vector(&joint.axis))?;
+            writeln!(
+                output,
+                "  joint {}: {}, axis {}, {limits}",
+                in_one_line(&joint.joint),
+                joint.motion,
+                vector(&joint.axis)
+            )?;
         }
         for joint in &self.locked_joints {
-            writeln!(output, "  joint {joint}: beside the arm, taken as fixed at zero")?;
+            writeln!(output, "  joint {}: beside the arm, taken as fixed at zero", in_one_line(joint))?;
         }
         for link in &self.impossible_inertias {
             writeln!(
                 output,
-                "  link {link}: no body has this inertia, one principal moment being larger than the two others together; \
-                 taken as it stands"
+                "  link {}: no body has this inertia, one principal moment being larger than the two others together; \
+                 taken as it stands",
+                in_one_line(link)
             )?;
         }
         writeln!(output, "space manipulator")?;
@@ -278,8 +291,12 @@ fn vector(numbers: &[f64]) -> String {
 fn print_bodies(output: &mut impl Write, rows: &[BodyRow]) -> std::io::Result<()> {
     for row in rows {
         let mass = row.mass_kg.map_or_else(|| "mass free".to_owned(), |mass| format!("{mass:.6} kg"));
-        let merged = if row.merged.is_empty() { String::new() } else { format!(" with {}", row.merged.join(", ")) };
-        writeln!(output, "  {}{merged}: {mass}", row.link)?;
+        let merged = if row.merged.is_empty() {
+            String::new()
+        } else {
+            format!(" with {}", in_one_line(&row.merged.join(", ")))
+        };
+        writeln!(output, "  {}{merged}: {mass}", in_one_line(&row.link))?;
         writeln!(output, "    I (kg m^2) xx yy zz xy xz yz  {}", vector(&row.inertia_kg_m2))?;
         writeln!(output, "    centre of mass (m)            {}", vector(&row.centre_of_mass_m))?;
         writeln!(output, "    to the next joint (m)         {}", vector(&row.length_m))?;

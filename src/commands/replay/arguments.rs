@@ -42,7 +42,7 @@ pub struct Arguments {
     /// Another robot file; with a candump file: the one that the run had
     #[arg(long, value_name = "FILE")]
     pub robot: Option<PathBuf>,
-    /// Another way for controllers 1 and 2 to have the base acceleration
+    /// Another way for the law to have the base acceleration, where it has a choice
     #[arg(long, value_parser = choice::<BaseAcceleration>(), value_name = "MODE")]
     pub base_acceleration: Option<BaseAcceleration>,
     /// Other fuzzy sets

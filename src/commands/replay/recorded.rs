@@ -165,7 +165,7 @@ fn read_any(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
     };
     ensure!(arguments.from.is_none(), "--from needs keyframes, which a candump file has not");
     let mut robot = Robot::load_with(arguments.robot.as_deref(), &arguments.overrides(law))?;
-    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
+    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref(), std::iter::once(law))?;
     let settings = Settings {
         law,
         guard: arguments.adaptation.unwrap_or(AdaptationGuard::Bounded),

@@ -44,7 +44,7 @@ pub fn what_if(
         }
     };
     robot.fuzzy_sets = recorded.robot.fuzzy_sets;
-    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
+    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref(), std::iter::once(law))?;
     let settings =
         Settings { law, guard: arguments.adaptation.unwrap_or(recorded.settings.guard), ..recorded.settings };
     let mut controller = robot.controller(law, settings.guard)?;

@@ -78,7 +78,7 @@ pub struct Arguments {
     /// Go to the start of the motion first, from wherever the joints are, in this time, such as 5s
     #[arg(long, allow_hyphen_values = true, value_parser = options::approach, value_name = "TIME")]
     approach: Option<Duration>,
-    /// How controllers 1 and 2 have the base acceleration, instead of the robot file's choice
+    /// How the law has the base acceleration, where it has a choice, instead of the robot file's
     #[arg(long, value_parser = choice::<BaseAcceleration>(), value_name = "MODE")]
     base_acceleration: Option<BaseAcceleration>,
     /// What keeps adapted parameters from drifting; by default "bounded" with --can and "none" otherwise, as in the paper
@@ -205,7 +205,7 @@ fn robot(arguments: &Arguments) -> anyhow::Result<Robot> {
         lines.iter().for_each(console::tell);
         robot = referenced;
     }
-    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref())?;
+    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref(), std::iter::once(arguments.controller))?;
     Ok(robot)
 }
 

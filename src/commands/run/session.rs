@@ -70,6 +70,7 @@ impl Session {
         if description.supervision.is_none() {
             lines.push(format!("  {}", robot::UNSUPERVISED));
         }
+        lines.extend(robot.trained_sets_of(self.settings.law).map(|sets| format!("  {sets}")));
         lines.extend(robot.profiles.iter().map(|profile| format!("  {profile}")));
         lines.extend(reasons(robot));
         let period = description.period.duration();

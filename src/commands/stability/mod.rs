@@ -50,7 +50,7 @@ pub struct Arguments {
     /// The robot file; without it the paper's UARM
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
-    /// How controllers 1 and 2 have the base acceleration, instead of the robot file's choice
+    /// How the law has the base acceleration, where it has a choice, instead of the robot file's
     #[arg(long, value_parser = choice::<BaseAcceleration>(), value_name = "MODE")]
     base_acceleration: Option<BaseAcceleration>,
     /// The loop's period, such as 3ms or 1ms, instead of the robot file's

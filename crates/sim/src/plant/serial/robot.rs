@@ -3,45 +3,33 @@
 use super::plant::{PlanarBasePlant, SerialBrakes, SerialSpacePlant, SphericalBasePlant};
 use crate::plant::interface::{Brake, Plant};
 use core::time::Duration;
-use nalgebra::{SVector, Vector3, Vector6};
+use nalgebra::SVector;
 
 /// Drives sit on the arm's joints, none on the base.
-impl<const N: usize> Plant<N> for SphericalBasePlant<N> {
-    fn time(&self) -> Duration {
-        Self::time(self)
-    }
+macro_rules! drives_on_the_arm {
+    ($($plant:ident),+) => {$(
+        impl<const N: usize> Plant<N> for $plant<N> {
+            fn time(&self) -> Duration {
+                Self::time(self)
+            }
 
-    fn position(&self) -> SVector<f64, N> {
-        self.motion().state.position
-    }
+            fn position(&self) -> SVector<f64, N> {
+                self.motion().state.position
+            }
 
-    fn velocity(&self) -> SVector<f64, N> {
-        self.motion().state.velocity
-    }
+            fn velocity(&self) -> SVector<f64, N> {
+                self.motion().state.velocity
+            }
 
-    fn advance(&mut self, until: Duration, torque: &SVector<f64, N>, joints: [Brake; N]) {
-        self.advance_under(until, &Vector3::zeros(), |_| *torque, SerialBrakes { joints, ..SerialBrakes::RELEASED });
-    }
+            fn advance(&mut self, until: Duration, torque: &SVector<f64, N>, joints: [Brake; N]) {
+                let brakes = SerialBrakes { joints, ..SerialBrakes::RELEASED };
+                self.advance_under(until, &SVector::zeros(), |_| *torque, brakes);
+            }
+        }
+    )+};
 }
 
-/// Drives sit on the arm's joints, none on the spacecraft.
-impl<const N: usize> Plant<N> for SerialSpacePlant<N> {
-    fn time(&self) -> Duration {
-        Self::time(self)
-    }
-
-    fn position(&self) -> SVector<f64, N> {
-        self.motion().state.position
-    }
-
-    fn velocity(&self) -> SVector<f64, N> {
-        self.motion().state.velocity
-    }
-
-    fn advance(&mut self, until: Duration, torque: &SVector<f64, N>, joints: [Brake; N]) {
-        self.advance_under(until, &Vector6::zeros(), |_| *torque, SerialBrakes { joints, ..SerialBrakes::RELEASED });
-    }
-}
+drives_on_the_arm!(SphericalBasePlant, SerialSpacePlant);
 
 /// In the plane a drive sits on the base's joint too: joint 1, as on the paper's robot. Stable Rust has no N + 1 in an array's
 /// length, so that each N is written out.

@@ -19,8 +19,7 @@ impl Planner<'_> {
         match self.drive.resolution {
             Resolution::Standard => self.standard_resolution(self.drive.counts_per_revolution),
             Resolution::Stated => {
-                let row =
-                    self.row(Question::Resolution, increments, Wanted::Words("not asked: the robot file says it"));
+                let row = self.row(Question::Resolution, increments, Wanted::Words("anything: the robot file says it"));
                 if row.found.is_there() { row.noting("the drive has 608Fh, and it is not compared") } else { row }
             }
             Resolution::Object { address, equals } => {
@@ -84,7 +83,7 @@ impl Planner<'_> {
             TorqueReference::StatedTorque => self.row(
                 Question::RatedTorque,
                 &objects::RATED_TORQUE,
-                Wanted::Words("not asked: the robot file says it"),
+                Wanted::Words("anything: the robot file says it"),
             ),
             TorqueReference::RatedCurrent { milliamperes } => {
                 let wanted = i64::from(milliamperes);
