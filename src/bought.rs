@@ -54,7 +54,10 @@ impl Bought {
             let dictionary = eds::read(file)?;
             let node = nodes.get(position).map(|node| node.raw()).or(dictionary.node());
             let node = node.with_context(|| format!("--eds {}: expected --node with it", file.display()))?;
-            bought.dictionaries[joint(node, robot)?] = Some(dictionary);
+            let place = &mut bought.dictionaries[joint(node, robot)?];
+            if place.replace(dictionary).is_some() {
+                bail!("--eds {}: a second dictionary for node {node}, expected one", file.display());
+            }
         }
         Ok(bought)
     }

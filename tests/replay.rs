@@ -174,6 +174,19 @@ fn a_fault_of_the_robot_comes_again() {
         let output = replay(&path, &[]);
         assert_eq!(output.status.code(), Some(0), "{name}: {}", text(&output));
         assert!(text(&output).contains("the fault is the recorded one"), "{name}: {}", text(&output));
+
+        // Of the bus alone nothing tells why the run ended.
+        let dump = path.with_extension("log");
+        candump::write(&log.frames, "can0", log.run.axis, std::fs::File::create(&dump).unwrap()).unwrap();
+        let law = ["--controller", "nonlinear", "--adaptation", "none", "--robot", robot.to_str().unwrap()];
+        let output = replay(&dump, &law);
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", text(&output));
+        assert!(text(&output).contains("the recording ends with the cycle of this fault: "), "{}", text(&output));
+        assert!(text(&output).contains(cause), "{name}: {}", text(&output));
+        let other = replay(&dump, &["--controller", "nonlinear", "--adaptation", "none"]);
+        if name == "stuck" {
+            assert_eq!(other.status.code(), Some(0), "friction is the plant's: {}", text(&other));
+        }
     }
 }
 

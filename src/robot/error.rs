@@ -90,6 +90,13 @@ impl<'a> Checker<'a> {
         }
     }
 
+    /// The error of a field whose value another type refuses, in words that say what it expected.
+    pub fn refuse_as(&self, field: impl Into<String>, value: impl Display, error: impl Display) -> RobotError {
+        let error = error.to_string();
+        let expected = error.split_once("expected ").map_or(error.as_str(), |(_, expected)| expected);
+        self.refuse(field, value, expected)
+    }
+
     /// A finite number within `minimum..=maximum`.
     ///
     /// # Errors

@@ -109,11 +109,11 @@ fn brake(field: &str, limits: &file::Limits, check: &Checker<'_>) -> Result<Dura
 fn transmission(index: usize, joint: &file::Joint, check: &Checker<'_>) -> Result<Transmission, RobotError> {
     let [motor, of_joint] = joint.gear_ratio.unwrap_or([1, 1]);
     let ratio = GearRatio::new(motor, of_joint).map_err(|error| {
-        check.refuse(format!("joints[{index}].gear_ratio"), format!("[{motor}, {of_joint}]"), error.to_string())
+        check.refuse_as(format!("joints[{index}].gear_ratio"), format!("[{motor}, {of_joint}]"), error)
     })?;
     let efficiency = joint.gear_efficiency.unwrap_or(1.0);
     Transmission::new(ratio, efficiency)
-        .map_err(|error| check.refuse(format!("joints[{index}].gear_efficiency"), efficiency, error.to_string()))
+        .map_err(|error| check.refuse_as(format!("joints[{index}].gear_efficiency"), efficiency, error))
 }
 
 fn encoder(
@@ -130,9 +130,9 @@ fn encoder(
     homing::check(index, joint, check)?;
     let counts = encoder.counts_per_revolution;
     let counts_per_revolution = CountsPerRevolution::behind(counts, gear)
-        .map_err(|error| check.refuse(field("counts_per_revolution"), counts, error.to_string()))?;
+        .map_err(|error| check.refuse_as(field("counts_per_revolution"), counts, error))?;
     let counter_width = CounterWidth::new(encoder.counter_bits)
-        .map_err(|error| check.refuse(field("counter_bits"), encoder.counter_bits, error.to_string()))?;
+        .map_err(|error| check.refuse_as(field("counter_bits"), encoder.counter_bits, error))?;
     if gear != GearRatio::DIRECT {
         let seen = 2.0_f64.powi(encoder.counter_bits.into()) * counts_per_revolution.resolution().to_degrees();
         let limits = &joint.limits;
@@ -146,9 +146,8 @@ fn encoder(
     // A wake-up may come up to a period late without a deadline missed, so one period's motion at full velocity is the
     // margin.
     let margin = (velocity * period / counts_per_revolution.resolution()).ceil() as u32 + 1;
-    let jump_limit = JumpLimit::new(velocity, margin).map_err(|error| {
-        check.refuse(format!("joints[{index}].limits.velocity_deg_per_s"), velocity, error.to_string())
-    })?;
+    let jump_limit = JumpLimit::new(velocity, margin)
+        .map_err(|error| check.refuse_as(format!("joints[{index}].limits.velocity_deg_per_s"), velocity, error))?;
     Ok(EncoderConfiguration {
         counts_per_revolution,
         counter_width,

@@ -321,5 +321,15 @@ fn plant(plant: &file::Plant, check: &Checker<'_>) -> Result<UarmPlantParameters
         gain: plant.torque_gain,
         tilt: plant.tilt_m_per_s2,
     })
-    .map_err(|error| check.refuse(format!("plant ({})", error.name), error.found, error.expected))
+    .map_err(|error| {
+        let field = match error.name {
+            "viscous_friction" => "viscous_friction_nm_s",
+            "coulomb_friction" => "coulomb_friction_nm",
+            "link_inertia_scale" => "link_scale",
+            "gain" => "torque_gain",
+            "tilt" => "tilt_m_per_s2",
+            name => name,
+        };
+        check.refuse(format!("plant.{field}"), error.found, error.expected)
+    })
 }

@@ -28,6 +28,12 @@ pub enum EdsError {
         /// Its size.
         found: usize,
     },
+    /// It is no text.
+    #[error("{file}: not a text, expected an EDS or DCF file (CiA 306)")]
+    NoText {
+        /// The file's name.
+        file: String,
+    },
     /// Too many objects.
     #[error("{file}: more than {MOST_OBJECTS} objects")]
     TooManyObjects {
@@ -78,6 +84,9 @@ impl Dictionary {
     pub fn parse(file: &str, bytes: &[u8]) -> Result<Self, EdsError> {
         if bytes.len() > LARGEST_FILE {
             return Err(EdsError::TooLarge { file: file.to_owned(), found: bytes.len() });
+        }
+        if bytes.contains(&0) {
+            return Err(EdsError::NoText { file: file.to_owned() });
         }
         let mut problems = Vec::new();
         let sections = sections(file, &decode(bytes), &mut problems);

@@ -183,6 +183,8 @@ fn what_cannot_be_read_is_named() {
 fn another_file_is_refused() {
     let error = Dictionary::parse("robot.toml", b"[bus]\nperiod = 3\n").unwrap_err();
     assert!(matches!(error, EdsError::NoObjects { .. }));
+    let error = Dictionary::parse("run.mcap", b"\x89MCAP0\r\n\0[1000]\nObjectType=7\n").unwrap_err();
+    assert_eq!(error.to_string(), "run.mcap: not a text, expected an EDS or DCF file (CiA 306)");
     let error = Dictionary::parse("notes.txt", b"hello\n").unwrap_err();
     assert_eq!(
         error.to_string(),

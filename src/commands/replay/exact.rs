@@ -86,7 +86,8 @@ fn print_exact(replay: &ExactReplay, recorded: &Recorded, file: &str, output: &m
     }
     match (&replay.fault, replay.fault_reproduced) {
         (Some(fault), Some(true)) => writeln!(output, "  the fault is the recorded one: {fault}")?,
-        (Some(fault), _) => {
+        (Some(fault), None) => writeln!(output, "  the recording ends with the cycle of this fault: {fault}")?,
+        (Some(fault), Some(false)) => {
             writeln!(output, "  DIFFERENT: the replay ends with a fault that was not recorded: {fault}")?
         }
         (None, _) => {}

@@ -63,7 +63,8 @@ pub struct ExactReplay {
     pub resumed: u64,
     /// The fault that the signal path gave in the last cycle, as the live one did.
     pub fault: Option<String>,
-    /// Whether the recorded fault is that one; nothing if the run had none, or one of the bus.
+    /// Whether the recorded fault is that one; nothing if the run had none or one of the bus, or if a recording of the bus alone ends
+    /// there.
     pub fault_reproduced: Option<bool>,
 }
 
@@ -302,7 +303,12 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
             Err(fault) => {
                 self.position = Position::Ended;
                 let fault = fault.to_string();
-                self.outcome.fault_reproduced = Some(source.fault.is_some_and(|cause| cause.contains(&fault)));
+                self.outcome.fault_reproduced = match source.fault {
+                    Some(cause) => Some(cause.contains(&fault)),
+                    // Where only the bus was recorded, nothing tells of a fault but that nothing comes after it.
+                    None if source.records.is_empty() && source.is_last(cycle) => None,
+                    None => Some(false),
+                };
                 self.outcome.fault = Some(fault);
             }
         }

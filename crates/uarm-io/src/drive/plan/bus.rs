@@ -12,6 +12,8 @@ use core::time::Duration;
 /// Bit 30 of 1005h: the device itself sends SYNCs.
 const SENDS_SYNC: i64 = 1 << 30;
 const READ_AT_START: &str = "it is read at start, and must then be so";
+/// A watchdog that the robot file would switch off again.
+const UNDONE: &str = "leave it out of the drive.writes that come after: they would undo the watchdog";
 /// 6007h: the loss of the master is a fault.
 const LOSS_IS_FAULT: i64 = 1;
 
@@ -106,6 +108,9 @@ impl Planner<'_> {
         let consumer = &objects::CONSUMER_HEARTBEAT_TIME;
         let entry = wire::consumer_heartbeat_entry(self.protocol.heartbeats.master_timeout_milliseconds());
         let row = self.row(Question::Watchdog, consumer, Wanted::Number(entry.into()));
+        if let Some(found) = self.written_later(consumer).filter(|later| *later != Answer::Number(entry.into())) {
+            return Finding { found, ..row }.refusing(UNDONE);
+        }
         // The dictionary of one maker limits the entry to 16 bits, which holds no node: the drive itself decides.
         let found = self.answered(consumer);
         let heartbeat = if found.answer == Answer::Number(entry.into()) {
@@ -135,6 +140,9 @@ impl Planner<'_> {
         let wanted = i64::from(milliseconds);
         let found = self.survey.pdo(PdoKind::Receive, number).map(|pdo| pdo.event_timer).unwrap_or_default();
         let row = Finding { found: found.answer, ..self.row(Question::Watchdog, &object, Wanted::Number(wanted)) };
+        if let Some(found) = self.written_later(&object).filter(|later| *later != Answer::Number(wanted)) {
+            return Finding { found, ..row }.refusing(UNDONE);
+        }
         match fit(found, wanted) {
             Fit::AsWanted => row,
             Fit::Written => {
@@ -149,6 +157,8 @@ impl Planner<'_> {
     pub(super) fn loss_reaction(&mut self) -> Finding {
         let object = &objects::ABORT_CONNECTION_OPTION;
         let row = self.row(Question::LossReaction, object, Wanted::Words("1 fault, 2 disable voltage or 3 quick stop"));
+        // What is written last stands.
+        let row = Finding { found: self.written_later(object).unwrap_or(row.found), ..row };
         if self.drive.abort_option == AbortOption::Explained || self.drive.watchdog != Watchdog::Heartbeat {
             return match row.found {
                 Answer::Number(1..=3) => row,

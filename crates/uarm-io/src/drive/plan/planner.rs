@@ -52,6 +52,12 @@ impl Planner<'_> {
         }
     }
 
+    /// What the robot file writes into it after the protocol's objects, in the end.
+    pub(super) fn written_later(&self, object: &Object) -> Option<Answer> {
+        let is_it = |setting: &&Setting| setting.address == object.address();
+        self.drive.later_settings.iter().rev().find(is_it).map(|setting| Answer::of(setting.value))
+    }
+
     /// Its answer.
     pub(super) fn answer(&self, object: &Object) -> Answer {
         self.answered(object).answer

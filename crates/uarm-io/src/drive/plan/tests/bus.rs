@@ -90,4 +90,36 @@ fn a_drive_that_would_do_nothing_without_its_master_is_refused() {
     let mut set = wishes();
     set.settings.push(fault).unwrap();
     assert_eq!(planned(drive().rw(0x6007, 0, 0), &set).verdict(), Verdict::Works);
+    let undone = Setting::of(&objects::ABORT_CONNECTION_OPTION, Value::Integer16(0));
+    set.later_settings.push(undone).unwrap();
+    for dictionary in [drive().rw(0x6007, 0, 0), drive().rw(0x6007, 0, 1)] {
+        let refused = *planned(dictionary, &set).refusal().unwrap();
+        assert_eq!(
+            (refused.question, refused.found),
+            (Question::LossReaction, Answer::Number(0)),
+            "what is written last"
+        );
+    }
+}
+
+/// The file's last word must not be that nobody watches.
+#[test]
+fn a_watchdog_that_the_robot_file_would_switch_off_is_refused() {
+    let off = Setting::of(&objects::CONSUMER_HEARTBEAT_TIME, Value::Unsigned32(0));
+    let mut undone = wishes();
+    undone.later_settings.push(off).unwrap();
+    let refused = *planned(drive(), &undone).refusal().unwrap();
+    assert_eq!((refused.question, refused.verdict), (Question::Watchdog, Verdict::Cannot));
+    let mut overruled = wishes();
+    overruled.settings.push(off).unwrap();
+    let plan = planned(drive(), &overruled);
+    assert!(plan.refusal().is_none());
+    assert_eq!(of_index(&written(&plan), &["1016"]), ["1016:1 = 7F0064"], "the protocol comes later");
+
+    let watchdog = Watchdog::RpdoTimeout { milliseconds: 20, test: WatchdogTest::AtStart };
+    let mut timed = DriveConfiguration { watchdog, ..wishes() };
+    let timer = PdoKind::Receive.event_timer(timed.pdos.command.number);
+    timed.later_settings.push(Setting::of(&timer, Value::Unsigned16(0))).unwrap();
+    let refused = *planned(drive().rw(0x1400, 5, 0), &timed).refusal().unwrap();
+    assert_eq!((refused.question, refused.found), (Question::Watchdog, Answer::Number(0)));
 }
