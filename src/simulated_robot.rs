@@ -73,7 +73,11 @@ impl SimulatedPlant {
             PlantChoice::Uarm => return Self::uarm(robot, robot.plant, disturbance),
             PlantChoice::Ideal => Self::Ideal(DemPlant::new(robot.model).with_disturbance(disturbance)),
             PlantChoice::Space => {
-                Self::Space(FreeFloatingPlant::new(&robot.space_manipulator).with_disturbance(disturbance))
+                let name = &robot.description.name;
+                let manipulator = robot.space_manipulator.as_ref().with_context(|| {
+                    format!("{name}: the robot file has no [space_manipulator], which the plant \"space\" is made of")
+                })?;
+                Self::Space(FreeFloatingPlant::new(manipulator).with_disturbance(disturbance))
             }
         };
         Ok(plant.starting_at(start(robot)))

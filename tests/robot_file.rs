@@ -31,7 +31,7 @@ fn the_built_in_robot_is_the_papers() {
     let robot = Robot::load(None).unwrap();
     assert_eq!(robot.description.name, "UARM");
     assert_eq!(robot.model, dem_model::ThreeLinkDem::table_2());
-    assert_eq!(robot.space_manipulator, dem_model::PlanarSpaceManipulator::table_1());
+    assert_eq!(robot.space_manipulator, Some(dem_model::PlanarSpaceManipulator::table_1()));
     assert_eq!(robot.description.period.seconds(1), 0.003);
     assert_eq!(robot.plant, uarm_sim::UarmPlantParameters::fitted());
 }
@@ -126,4 +126,108 @@ proptest! {
             let _ = Robot::parse(Path::new("fuzz.toml"), &text, &Overrides::default());
         }
     }
+}
+
+/// The text of a robot file without a table.
+fn cut(text: &str, table: &str) -> String {
+    let start = text.find(&format!("\n[{table}]\n")).expect("the robot file has the table") + 1;
+    let (before, behind) = text.split_at(start);
+    format!("{before}{}", behind.split_once("\n\n").map_or("", |(_, rest)| rest))
+}
+
+fn without(table: &str) -> String {
+    cut(BUILT_IN, table)
+}
+
+fn parsed(text: &str) -> Robot {
+    Robot::parse(Path::new("test.toml"), text, &Overrides::default()).unwrap()
+}
+
+/// Table 2 is Table 1 by eq. 1, to the three digits that are printed.
+fn is_table_2(robot: &Robot) {
+    let close = |found: f64, printed: f64| assert!((found - printed).abs() < 6e-4, "{found} for {printed}");
+    let table = dem_model::ThreeLinkDem::<f64>::table_2();
+    close(robot.model.base().inertia, table.base().inertia);
+    close(robot.model.base().length, table.base().length);
+    for (link, printed) in robot.model.links().iter().zip(table.links()) {
+        close(link.mass, printed.mass);
+        close(link.inertia, printed.inertia);
+        close(link.length, printed.length);
+        close(link.centre_of_mass, printed.centre_of_mass);
+    }
+}
+
+#[test]
+fn a_space_manipulator_alone_gives_the_model() {
+    let robot = parsed(&without("model"));
+    is_table_2(&robot);
+    assert_ne!(robot.model, dem_model::ThreeLinkDem::table_2(), "not rounded");
+    assert!(!robot.is_the_papers());
+}
+
+#[test]
+fn a_model_alone_has_no_space_manipulator() {
+    let robot = parsed(&without("space_manipulator"));
+    assert_eq!((robot.model, robot.space_manipulator), (dem_model::ThreeLinkDem::table_2(), None));
+    assert!(robot.is_the_papers());
+}
+
+#[test]
+fn a_file_without_an_arm_or_with_two_is_refused() {
+    let message = error_of(&without("model").replace("[space_manipulator]", "[spaces]"));
+    assert!(message.contains("spaces"), "{message}");
+    let message = error_of(&cut(&without("model"), "space_manipulator"));
+    assert_eq!(message, "test.toml: model = no such table: expected [model], [space_manipulator], or both");
+
+    refuses("mass_kg = 0.850", "mass_kg = 0.860", &["model.links[0].mass_kg = 0.86", "0.850129", "eq. 1"]);
+    refuses("centre_of_mass_m = 0.077", "centre_of_mass_m = 0.078", &["model.links[1].centre_of_mass_m", "0.076982"]);
+    refuses("length_m = 0.203 }", "length_m = 0.206 }", &["model.base.length_m = 0.206", "0.203075"]);
+    refuses("inertia_kg_m2 = 0.0060, length_m", "inertia_kg_m2 = 0.0061, length_m", &["model.links[1].inertia_kg_m2"]);
+    // Papers round, and the length of the last link moves nothing.
+    parsed(&changed("mass_kg = 0.850", "mass_kg = 0.858"));
+    parsed(&changed("length_m = 0.203, centre_of_mass_m = 0.077", "length_m = 0.300, centre_of_mass_m = 0.077"));
+}
+
+#[test]
+fn without_a_plant_the_simulated_robot_has_no_imperfections() {
+    let robot = parsed(&without("plant"));
+    assert_eq!(robot.plant, uarm_sim::UarmPlantParameters::ideal());
+}
+
+#[test]
+fn a_urdf_gives_the_model_and_the_log_can_do_without_it() {
+    let folder = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("model-urdf");
+    std::fs::create_dir_all(folder.join("arms")).unwrap();
+    let (urdf, path) = (folder.join("arms/arm.urdf"), folder.join("robot.toml"));
+    std::fs::write(&urdf, include_str!("urdf/table-1.urdf")).unwrap();
+    let with = |table: &str| {
+        let text = cut(&without("model"), "space_manipulator");
+        std::fs::write(&path, text.replace("[task]\n", &format!("[model]\n{table}\n\n[task]\n"))).unwrap();
+        Robot::load(Some(&path)).map_err(|error| error.to_string())
+    };
+    let robot = with("urdf = \"arms/arm.urdf\"\nbase = \"bus\"\ntip = \"tool\"").unwrap();
+    is_table_2(&robot);
+    let logged = robot.for_log().unwrap();
+    std::fs::remove_file(&urdf).unwrap();
+    let again = Robot::from_log(Path::new("run.mcap"), &logged).unwrap();
+    assert_eq!((again.model, again.space_manipulator), (robot.model, robot.space_manipulator));
+
+    let missing = with("urdf = \"arms/arm.urdf\"").unwrap_err();
+    assert!(missing.contains("arms/arm.urdf: cannot be read"), "{missing}");
+    std::fs::write(&urdf, include_str!("urdf/table-1.urdf")).unwrap();
+    let base = with("urdf = \"arms/arm.urdf\"\nbase = \"hull\"").unwrap_err();
+    assert!(base.contains("arm.urdf: no link \"hull\""), "{base}");
+    let numbers = with("urdf = \"arms/arm.urdf\"\nbase = { inertia_kg_m2 = 1.0, length_m = 1.0 }").unwrap_err();
+    assert!(numbers.contains("model.base = numbers: expected the name of a link"), "{numbers}");
+    let both = with(
+        "urdf = \"arms/arm.urdf\"\nlinks = [{ mass_kg = 1.0, inertia_kg_m2 = 1.0, length_m = 1.0, centre_of_mass_m = 0.5 }]",
+    );
+    assert!(both.unwrap_err().contains("expected the arm once"));
+    let tip = with("tip = \"tool\"\nbase = \"bus\"").unwrap_err();
+    assert!(tip.contains("model.tip = tool: expected model.urdf beside it"), "{tip}");
+    let two = with("base = \"bus\"").unwrap_err();
+    assert!(two.contains("model.base = no numbers"), "{two}");
+    std::fs::write(&urdf, include_str!("../robots/planar-four-link.urdf")).unwrap();
+    let four = with("urdf = \"arms/arm.urdf\"").unwrap_err();
+    assert!(four.contains("joints between base and tip, expected 2"), "{four}");
 }

@@ -4,6 +4,8 @@
 
 #![allow(missing_docs, reason = "robots/uarm.toml documents every field, with its unit")]
 
+use std::path::PathBuf;
+
 use hinf_control::ControllerSettings;
 use serde::{Deserialize, Serialize};
 use uarm_io::drive::network::{EmergencyReaction, IgnoredTargetReaction};
@@ -16,8 +18,10 @@ use uarm_io::torque::TorqueUnit;
 pub struct RobotFile {
     pub schema: u32,
     pub name: String,
-    pub model: Model,
-    pub space_manipulator: SpaceManipulator,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<Model>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub space_manipulator: Option<SpaceManipulator>,
     pub task: Task,
     pub control: Control,
     pub estimator: Estimator,
@@ -26,17 +30,32 @@ pub struct RobotFile {
     pub bus: Bus,
     pub joints: Vec<Joint>,
     pub controllers: ControllerSettings,
-    pub plant: Plant,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plant: Option<Plant>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Model {
-    pub base: ModelBase,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base: Option<ModelBase>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub links: Vec<ModelLink>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub urdf: Option<PathBuf>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip: Option<String>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
-pub struct ModelBase {
+#[serde(untagged, expecting = "{ inertia_kg_m2 = ..., length_m = ... }, or beside `urdf` the name of a link")]
+pub enum ModelBase {
+    Numbers(ModelBaseNumbers),
+    Link(String),
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct ModelBaseNumbers {
     pub inertia_kg_m2: f64,
     pub length_m: f64,
 }

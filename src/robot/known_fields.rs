@@ -13,7 +13,7 @@ pub fn beside(field: &str) -> String {
     let fields = match names.as_slice() {
         [""] => fields_of::<file::RobotFile>(),
         ["model"] => fields_of::<file::Model>(),
-        ["model", "base"] => fields_of::<file::ModelBase>(),
+        ["model", "base"] => fields_of::<file::ModelBaseNumbers>(),
         ["model", "links"] => fields_of::<file::ModelLink>(),
         ["space_manipulator"] => fields_of::<file::SpaceManipulator>(),
         ["space_manipulator", "spacecraft"] => fields_of::<file::Spacecraft>(),

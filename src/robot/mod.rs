@@ -7,6 +7,7 @@
 //! | [`fuzzy_sets`] | files of trained fuzzy sets |
 //! | [`overrides`] | what a command line changes of it |
 //! | `reading` | TOML into a type, and the fields that it does not know |
+//! | [`model`] | what the controllers believe the arm to be |
 //! | `task` | the motion |
 //! | [`demand`] | what the motion asks of the joints, and whether they have it |
 //! | `acceleration` | how fast the joints can change their velocities |
@@ -31,6 +32,7 @@ pub mod fuzzy_sets;
 pub mod homing;
 mod joint;
 mod known_fields;
+pub mod model;
 pub mod overrides;
 pub mod profile;
 mod protocol;
@@ -41,7 +43,7 @@ mod task;
 
 use std::path::Path;
 
-use dem_model::{DemBase, DemLink, PlanarSpaceManipulator, SpaceLink, SpacecraftBody, ThreeLinkDem};
+use dem_model::{PlanarSpaceManipulator, ThreeLinkDem};
 use hinf_control::{AdaptationGuard, AnyController, BuildContext, BuildError, FuzzySets, Law, QuinticReference};
 use uarm_io::time::Duration;
 use uarm_sim::{UarmImperfections, UarmPlantParameters};
@@ -53,6 +55,7 @@ use crate::dimensions::{JOINTS, LoopRobot};
 use crate::text_file;
 use error::{Checker, RobotError};
 use file::RobotFile;
+use model::CheckedModel;
 use overrides::Overrides;
 use profile::UsedProfile;
 use reading::read;
@@ -81,8 +84,8 @@ pub struct Robot {
     pub description: LoopRobot,
     /// The model that the controllers work with.
     pub model: ThreeLinkDem<f64>,
-    /// The space manipulator that it stands for.
-    pub space_manipulator: PlanarSpaceManipulator<f64, 2>,
+    /// The space manipulator that it stands for, if the file has it.
+    pub space_manipulator: Option<PlanarSpaceManipulator<f64, 2>>,
     /// Trained premise sets of the fuzzy laws; without them they run with the untrained grid.
     pub fuzzy_sets: Option<FuzzySets<f64>>,
     /// What is not ideal in the simulated robot.
@@ -129,6 +132,7 @@ impl Robot {
             return Err(check.refuse(field, format!("{found} values"), format!("{expected} values")));
         }
         overrides.apply(&mut file, &check)?;
+        model::resolve_urdf(name, &mut file, &check)?;
         let profiles = profile::apply(name, &mut file, &check)?;
         let checked = Self::check(name, text, file).map_err(|error| profile::told_where_written(error, &profiles))?;
         let robot = Self { profiles, ..checked };
@@ -160,7 +164,7 @@ impl Robot {
             check.refuse("control.period_us", file.control.period_us, expected)
         })?;
         let joints = joint::check(&file, &check)?;
-        let model = model(&file.model, &check)?;
+        let CheckedModel { model, space_manipulator } = model::check(&file, &check)?;
         control::check(&file, model, &check)?;
         let bus = bus::check(&file.bus, &joints, protocol::check(&file, &check)?, period, &check)?;
         let supervision = supervision::check(&file.supervision, model, &joints, period, &check)?;
@@ -186,9 +190,9 @@ impl Robot {
                 bus,
             },
             model,
-            space_manipulator: space_manipulator(&file.space_manipulator, &check)?,
+            space_manipulator,
             fuzzy_sets: None,
-            plant: plant(&file.plant, &check)?,
+            plant: file.plant.as_ref().map_or(Ok(UarmPlantParameters::ideal()), |written| plant(written, &check))?,
             file,
         })
     }
@@ -274,42 +278,6 @@ fn with_brackets(path: &str) -> String {
         }
     }
     text
-}
-
-fn model(model: &file::Model, check: &Checker<'_>) -> Result<ThreeLinkDem<f64>, RobotError> {
-    let links: &[file::ModelLink; 2] = model.links.as_slice().try_into().map_err(|_| {
-        check.refuse("model.links", format!("{} links", model.links.len()), "two links, those behind joints 2 and 3")
-    })?;
-    let base = DemBase { inertia: model.base.inertia_kg_m2, length: model.base.length_m };
-    let links = links.each_ref().map(|link| DemLink {
-        mass: link.mass_kg,
-        inertia: link.inertia_kg_m2,
-        length: link.length_m,
-        centre_of_mass: link.centre_of_mass_m,
-    });
-    ThreeLinkDem::new(base, links).map_err(|error| check.refuse("model", error, "what a rigid body can have"))
-}
-
-fn space_manipulator(
-    manipulator: &file::SpaceManipulator,
-    check: &Checker<'_>,
-) -> Result<PlanarSpaceManipulator<f64, 2>, RobotError> {
-    let links: &[file::SpaceLink; 2] = manipulator.links.as_slice().try_into().map_err(|_| {
-        check.refuse("space_manipulator.links", format!("{} links", manipulator.links.len()), "two links")
-    })?;
-    let spacecraft = SpacecraftBody {
-        mass: manipulator.spacecraft.mass_kg,
-        inertia: manipulator.spacecraft.inertia_kg_m2,
-        centre_of_mass_to_joint: manipulator.spacecraft.centre_of_mass_to_joint_m,
-    };
-    let links = links.each_ref().map(|link| SpaceLink {
-        mass: link.mass_kg,
-        inertia: link.inertia_kg_m2,
-        joint_to_centre_of_mass: link.joint_to_centre_of_mass_m,
-        centre_of_mass_to_joint: link.centre_of_mass_to_joint_m,
-    });
-    PlanarSpaceManipulator::new(spacecraft, links)
-        .map_err(|error| check.refuse("space_manipulator", error, "what a rigid body can have"))
 }
 
 fn plant(plant: &file::Plant, check: &Checker<'_>) -> Result<UarmPlantParameters, RobotError> {

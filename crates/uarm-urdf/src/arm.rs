@@ -215,7 +215,7 @@ impl Arm {
         Ok((manipulator, joints.try_into().map_err(|_| count)?))
     }
 
-    fn named(&self, source: ParameterError) -> UrdfError {
+    pub(crate) fn named(&self, source: ParameterError) -> UrdfError {
         let body = match &source {
             ParameterError::OutOfRange { body, .. }
             | ParameterError::InertiaNotPositiveDefinite { body }

@@ -157,6 +157,14 @@ pub enum UrdfError {
         /// How many were asked for.
         expected: usize,
     },
+    /// The arm leaves a plane.
+    #[error("{of:?} does not move in one plane with the others: expected {expected}")]
+    NotPlanar {
+        /// The joint or link.
+        of: String,
+        /// What it should have.
+        expected: String,
+    },
     /// A body that moves has no mass.
     #[error("link {link:?} has no mass: with all that is fixed to it, mass_kg = {found}, expected a finite value > 0")]
     NoMass {

@@ -22,7 +22,7 @@
 //!
 //! | where | what |
 //! |---|---|
-//! | [`Arm`], [`Selection`] | a URDF as spacecraft and serial arm: base and tip, fixed joints merged |
+//! | [`Arm`], [`Selection`] | a URDF as spacecraft and serial arm: base and tip, fixed joints merged; in space, or in the plane |
 //! | [`Chain`] | what is written: bodies and joints on a base that floats, turns or stands |
 //! | [`write_urdf`], [`write_mjcf`] | as URDF and MJCF |
 //! | [`UrdfError`] | why a file is refused, with line, link or joint |
@@ -37,6 +37,7 @@ mod document;
 mod error;
 mod mjcf;
 mod names;
+mod planar;
 mod rigid_body;
 mod tree;
 mod urdf;

@@ -13,9 +13,6 @@ use crate::console;
 use crate::robot;
 use crate::text_file;
 
-/// The most bytes of a file: a URDF that names many meshes is longer than a robot file.
-const MOST_BYTES: usize = 16 * 1024 * 1024;
-
 /// Arguments of `uarm map`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -48,9 +45,10 @@ pub struct Arguments {
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let (path, text) = match &arguments.file {
         None => (Path::new(robot::BUILT_IN_NAME).to_owned(), robot::BUILT_IN.to_owned()),
-        Some(path) => {
-            (path.clone(), text_file::read_up_to(path, MOST_BYTES).with_context(|| path.display().to_string())?)
-        }
+        Some(path) => (
+            path.clone(),
+            text_file::read_up_to(path, robot::model::MOST_URDF_BYTES).with_context(|| path.display().to_string())?,
+        ),
     };
     let named = || path.display().to_string();
     let is_urdf = path.extension().is_some_and(|extension| extension == "urdf" || extension == "xml");
