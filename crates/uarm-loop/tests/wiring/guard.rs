@@ -193,6 +193,12 @@ fn a_joint_that_could_not_be_stopped_a_cycle_later_is_stopped_now() {
                 (violation.joint, violation.quantity, violation.allowed),
                 (joint, Quantity::StoppingAngle, allowed)
             );
+            let braking = violation.braking.unwrap();
+            assert!((braking.velocity - direction * 2.0).abs() < 1e-9, "{braking:?}");
+            assert_eq!(braking.brake, Duration::from_millis(30));
+            let coasting =
+                format!("; it turns by {:.2} deg/s, and its brake takes 30 ms (brake_ms)", direction * 114.591_559);
+            assert!(violation.to_string().ends_with(&coasting), "{violation}");
             // 0.2 rad/s are gained until the stop acts.
             assert_eq!(check(0.0, velocity - 0.2001), Ok(()), "joint {joint}");
             let violation = check(0.0, velocity - 0.1999).unwrap_err();
@@ -200,4 +206,29 @@ fn a_joint_that_could_not_be_stopped_a_cycle_later_is_stopped_now() {
             assert!((violation.found - direction * (velocity + 1e-4)).abs() < 1e-9);
         }
     }
+}
+
+/// Joint 3 at 4 rad/s, 0.5 per rad: joint 2 at rest gets 8 rad/s² by it, goes 2.4 mrad in the two periods and 60 mrad more until its
+/// brake holds.
+#[test]
+fn a_fast_joint_takes_from_the_room_of_the_others() {
+    let stopping = Stopping {
+        acceleration: AccelerationBound { by_torque: 0.0, by_velocity: 0.5 },
+        brake: Duration::from_millis(100),
+        ..STOPPING
+    };
+    let wide = JointLimits { position: [-9.0, 9.0], velocity: 9.0 };
+    let guard = Guard { joints: [wide, GUARD.joints[1], wide], stopping: [stopping; 3], ..GUARD };
+    let times = Times { time: 0.25, elapsed: 0.01, period: 0.01 };
+    let check = |turned: f64, angle: f64| {
+        guard.check_stopping(&times, &[Some(0.0), Some(angle), Some(0.0)], &[0.0, angle, turned])
+    };
+    for turned in [0.04, -0.04] {
+        assert_eq!(check(turned, 0.75 - 0.0624 - 1e-6), Ok(()));
+        let violation = check(turned, 0.75 - 0.0624 + 1e-6).unwrap_err();
+        assert_eq!((violation.joint, violation.quantity), (2, Quantity::StoppingAngle));
+    }
+    // In the first cycle nothing has turned yet.
+    let first = Times { elapsed: 0.0, ..times };
+    assert_eq!(guard.check_stopping(&first, &[None; 3], &[0.0, 0.75, 9.0]), Ok(()));
 }

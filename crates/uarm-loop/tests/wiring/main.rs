@@ -4,6 +4,8 @@ mod control_loop;
 mod estimation;
 mod fake_bus;
 mod fake_path;
+mod fault_code;
+mod finite;
 mod guard;
 mod indices;
 mod keyframe;
