@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
 use uarm_eds::Dictionary;
 use uarm_io::drive::NodeId;
 use uarm_sim::PowerUp;
@@ -11,6 +10,7 @@ use uarm_sim::drive::CounterAtPowerUp;
 use crate::dimensions::JOINTS;
 use crate::eds;
 use crate::options::node_id;
+use crate::usage::UsageError;
 
 /// Which drives of a simulated robot have a maker's dictionary.
 #[derive(Debug, clap::Args)]
@@ -47,16 +47,19 @@ impl Bought {
     pub fn read(arguments: &DictionaryArguments, robot: &[u8; JOINTS]) -> anyhow::Result<Self> {
         let DictionaryArguments { eds: files, node: nodes } = arguments;
         if nodes.len() > files.len() {
-            bail!("--node {} times, expected as many as --eds, {}", nodes.len(), files.len());
+            return Err(usage(format!("--node {} times, expected as many as --eds, {}", nodes.len(), files.len())));
         }
         let mut bought = Self::default();
         for (position, file) in files.iter().enumerate() {
             let dictionary = eds::read(file)?;
             let node = nodes.get(position).map(|node| node.raw()).or(dictionary.node());
-            let node = node.with_context(|| format!("--eds {}: expected --node with it", file.display()))?;
+            let node = node.ok_or_else(|| usage(format!("--eds {}: expected --node with it", file.display())))?;
             let place = &mut bought.dictionaries[joint(node, robot)?];
             if place.replace(dictionary).is_some() {
-                bail!("--eds {}: a second dictionary for node {node}, expected one", file.display());
+                return Err(usage(format!(
+                    "--eds {}: a second dictionary for node {node}, expected one",
+                    file.display()
+                )));
             }
         }
         Ok(bought)
@@ -103,7 +106,11 @@ impl Bought {
     }
 }
 
+fn usage(message: String) -> anyhow::Error {
+    UsageError::new(message).into()
+}
+
 fn joint(node: u8, robot: &[u8; JOINTS]) -> anyhow::Result<usize> {
     let position = robot.iter().position(|other| *other == node);
-    position.with_context(|| format!("node {node}: expected one of the robot's, {robot:?}"))
+    position.ok_or_else(|| usage(format!("node {node}: expected one of the robot's, {robot:?}")))
 }

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use crate::usage::UsageError;
+
 /// How a command ended, as its exit code tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
@@ -9,8 +11,17 @@ pub enum Exit {
     Ok,
     /// It failed: 1.
     Failure,
-    /// Finished, but something was lost on the way: 3. (2, wrong usage, is the argument parser's.)
+    /// Wrong usage: 2. That of the argument parser too.
+    Usage,
+    /// Finished, but something was lost on the way: 3.
     Loss,
+}
+
+impl Exit {
+    /// How a command ends with `error`.
+    pub fn of(error: &anyhow::Error) -> Self {
+        if error.chain().any(|cause| cause.is::<UsageError>()) { Self::Usage } else { Self::Failure }
+    }
 }
 
 impl From<Exit> for ExitCode {
@@ -18,6 +29,7 @@ impl From<Exit> for ExitCode {
         match exit {
             Exit::Ok => Self::SUCCESS,
             Exit::Failure => Self::from(1),
+            Exit::Usage => Self::from(2),
             Exit::Loss => Self::from(3),
         }
     }

@@ -16,7 +16,7 @@
 //! | [`console`], [`output_files`] | standard output and error; files that commands write |
 //! | [`version`] | which version this is |
 //! | [`text_file`] | text files that people write, read in bounded memory |
-//! | [`exit`], [`error_text`] | exit codes; errors in words |
+//! | [`exit`], [`usage`], [`error_text`] | exit codes; command lines that cannot be; errors in words |
 //! | [`bus_observation`] | what is heard on a bus by somebody who sends nothing |
 //! | [`realtime`] | how the thread of a loop is scheduled |
 //! | [`sdo_access`] | SDO access to drives that a run has stopped |
@@ -53,4 +53,5 @@ pub mod simulation;
 pub mod stability;
 pub mod study;
 pub mod text_file;
+pub mod usage;
 pub mod version;

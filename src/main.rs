@@ -9,6 +9,6 @@ use clap::Parser;
 fn main() -> ExitCode {
     uarm::cli::execute(&uarm::cli::CommandLine::parse().command).unwrap_or_else(|error| {
         uarm::console::tell(format_args!("uarm: {}", uarm::error_text::with_causes(&error)));
-        uarm::exit::Exit::Failure.into()
+        uarm::exit::Exit::of(&error).into()
     })
 }

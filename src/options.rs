@@ -1,5 +1,6 @@
 //! Choices and times on command lines.
 
+use std::str::FromStr;
 use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -51,6 +52,14 @@ pub fn approach(text: &str) -> Result<Duration, String> {
     let approach = humantime::parse_duration(text).ok();
     let approach = approach.filter(|approach| !approach.is_zero() && *approach <= LONGEST_APPROACH);
     approach.ok_or_else(|| "expected a time above 0 up to 1h, such as 5s".to_owned())
+}
+
+/// A number of things, one at least, as one of the types that hold no zero.
+///
+/// # Errors
+/// What was expected, if it is none.
+pub fn positive<N: FromStr>(text: &str) -> Result<N, String> {
+    text.parse().map_err(|_| "expected a whole number above 0".to_owned())
 }
 
 /// A point in time, s.
@@ -194,5 +203,9 @@ mod tests {
             assert!(seconds(wrong).is_err() && step(wrong).is_err(), "{wrong}");
         }
         assert!(step("-1").is_err() && step("0").is_err());
+        assert_eq!(positive("7"), Ok(core::num::NonZeroU32::new(7).unwrap()));
+        for wrong in ["0", "-1", "x", "4294967296"] {
+            assert_eq!(positive::<core::num::NonZeroU32>(wrong).unwrap_err(), "expected a whole number above 0");
+        }
     }
 }

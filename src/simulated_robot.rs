@@ -288,6 +288,7 @@ pub const MAKERS_OBJECTS: usize = 2048;
 ///
 /// # Errors
 /// If the robot file or a dictionary describes a drive that cannot be emulated.
+#[inline(never)] // its frame holds thousands of objects: a thread that needs none of them has no room for it
 fn emulate_bought<P: Plant + Clone>(
     robot: &Robot,
     plant: P,

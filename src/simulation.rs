@@ -9,10 +9,11 @@ use uarm_loop::settings::Settings;
 use uarm_loop::stop_request::StopRequest;
 use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 
+use crate::bought::Bought;
 use crate::dimensions::{ACTIVE, JOINTS, Outcome, Progress};
 use crate::drives::{ToDrives, run_on};
 use crate::robot::Robot;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant, simulated};
+use crate::simulated_robot::{PlantChoice, SimulatedPlant, simulated_with};
 
 /// How a simulated run ended.
 #[derive(Debug)]
@@ -33,8 +34,22 @@ pub fn simulate<R: Recorder<JOINTS, ACTIVE>>(
     plant: SimulatedPlant,
     recorder: R,
 ) -> anyhow::Result<(SimulatedEnd, R)> {
+    simulate_with(robot, &Bought::default(), settings, plant, recorder)
+}
+
+/// The same with drives of which something is known, `bought`.
+///
+/// # Errors
+/// If the experiment cannot be begun.
+pub fn simulate_with<R: Recorder<JOINTS, ACTIVE>>(
+    robot: &Robot,
+    bought: &Bought,
+    settings: &Settings,
+    plant: SimulatedPlant,
+    recorder: R,
+) -> anyhow::Result<(SimulatedEnd, R)> {
     let mut clock = VirtualClock::new();
-    let link = InProcessLink::new(simulated(robot, plant, Pacing::WallClock)?, clock.clone());
+    let link = InProcessLink::new(simulated_with(robot, plant, Pacing::WallClock, bought)?, clock.clone());
     let mut controller = robot.controller(settings.law, settings.guard)?;
     let (progress, stop) = (Progress::default(), StopRequest::default());
     let observer = Observer { progress: &progress, stop: &stop };
@@ -48,14 +63,14 @@ pub fn simulate<R: Recorder<JOINTS, ACTIVE>>(
     Ok((end, finished.recorder))
 }
 
-/// The task of `robot` on the simulated robot with the imperfections of its file, without fault.
+/// The task of `robot` on the simulated robot with the imperfections of its file and the drives `bought`, without fault.
 ///
 /// # Errors
 /// If it cannot be begun.
-pub fn rehearse(robot: &Robot, law: Law, disturbance: Disturbance) -> anyhow::Result<SimulatedEnd> {
+pub fn rehearse(robot: &Robot, bought: &Bought, law: Law, disturbance: Disturbance) -> anyhow::Result<SimulatedEnd> {
     let plant = SimulatedPlant::new(robot, PlantChoice::Uarm, disturbance)?;
     let settings = Settings { guard: AdaptationGuard::Bounded, ..Settings::paper(law) };
-    Ok(simulate(robot, &settings, plant, NoRecorder)?.0)
+    Ok(simulate_with(robot, bought, &settings, plant, NoRecorder)?.0)
 }
 
 impl SimulatedEnd {

@@ -155,14 +155,47 @@ fn wrong_usage_is_exit_code_2_and_names_what_there_is() {
     assert!(standard_error(&uarm(&["run", "--controller", "magic"])).contains("neural-model"));
 }
 
+/// What only the robot file, the log or another option can tell is wrong usage all the same.
+#[test]
+fn options_that_do_not_go_together_are_exit_code_2_and_named() {
+    let log = scratch("usage.mcap");
+    let _ = std::fs::remove_file(&log);
+    let log = log.to_str().unwrap();
+    assert_eq!(code(&uarm(&["run", "--virtual-time", "--log", log])), 0);
+    let eds = scratch("usage.eds");
+    std::fs::write(&eds, uarm_io::drive::wire::DRIVE_EDS).unwrap();
+    let eds = eds.to_str().unwrap();
+    for (arguments, message) in [
+        (
+            &["run", "--virtual-time", "--log", "none", "--log-limit", "500MB"][..],
+            "uarm: --log-limit: expected a log, --log none writes none\n",
+        ),
+        (&["run", "--virtual-time", "--log-limit", "1kB"], "uarm: --log-limit: 1000 bytes, expected at least "),
+        (
+            &["run", "--virtual-time", "--controller", "neural", "--base-acceleration", "reduced"],
+            "uarm: --base-acceleration reduced with --controller neural: expected ",
+        ),
+        (&["run", "--virtual-time", "--log", "none", "--eds", eds], "usage.eds: expected --node with it"),
+        (&["check", "--eds", eds], "usage.eds: expected --node with it"),
+        (&["replay", log, "--from", "-1"], "--from -1: expected a task time from 0.000 to 3.498 s, as the log has\n"),
+        (&["replay", log, "--from", "99"], "--from 99: expected a task time from 0.000 to "),
+        (&["compare", "--repeat", "0"], "invalid value '0' for '--repeat <N>': expected a whole number above 0"),
+        (&["campaign", "--seeds", "0"], "invalid value '0' for '--seeds <N>': expected a whole number above 0"),
+    ] {
+        let output = uarm(arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", standard_error(&output));
+        assert!(standard_error(&output).contains(message), "{arguments:?}: {}", standard_error(&output));
+    }
+}
+
 #[test]
 fn what_cannot_be_is_exit_code_1_and_says_why() {
     for (arguments, part) in [
-        (
-            &["run", "--virtual-time", "--controller", "neural", "--base-acceleration", "reduced"][..],
-            "--base-acceleration",
-        ),
-        (&["run", "--virtual-time", "--robot", "no/such.toml"], "no/such.toml"),
+        (&["run", "--virtual-time", "--robot", "no/such.toml"][..], "no/such.toml"),
+        (&["run", "--virtual-time", "--robot", "-"], "-: cannot be read: standard input is not read, expected a file"),
+        (&["show", "-"], "standard input is not read, expected a file: write it to one first"),
+        (&["replay", "-"], "standard input is not read, expected a file: write it to one first"),
+        (&["drive", "check", "--eds", "-"], "standard input is not read, expected a file: write it to one first"),
         (&["run", "--virtual-time", "--log", "no/such/folder/run.mcap"], "no/such/folder/run.mcap"),
         (&["run", "--can", "nosuchcan0"], "nosuchcan0"),
         (&["plant", "--can", "nosuchcan0"], "nosuchcan0"),

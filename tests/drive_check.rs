@@ -238,3 +238,51 @@ fn bad_input_is_named() {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(message.contains("[6076] defaultvalue: found \"about 200\", expected a number"), "{message}");
 }
+
+/// 2011h: the temperature of one maker's drives.
+fn temperature(data_type: &str, access: &str) -> Dictionary {
+    Dictionary::own().and(&format!(
+        "\n[2011]\nParameterName=Temperature\nObjectType=0x7\nDataType={data_type}\nAccessType={access}\nPDOMapping=0\n"
+    ))
+}
+
+#[test]
+fn what_a_run_watches_and_the_mark_of_an_incremental_encoder_are_judged() {
+    let original = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/robots/uarm.toml")).unwrap();
+    let watched = "drive = { temperature_c = { object = { index = 0x2011, subindex = 0, type = \"i16\", unit = 0.1 }, \
+                   stop_above = 80.0 }, rated_torque_nm";
+    let marked = "zero_counts = 0, reference = \"incremental\", \
+                  power_marker = { index = 0x6075, subindex = 0, type = \"u32\", value = 77 }";
+    let robot = file(
+        "check-watched.toml",
+        &original.replace("drive = { rated_torque_nm", watched).replace("zero_counts = 0", marked),
+    );
+    let robot = ["--robot", robot.to_str().unwrap()];
+    let judged = |name: &str, dictionary: &Dictionary| {
+        let output = check(name, dictionary, &robot);
+        let findings: Value =
+            serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", text(&output)));
+        (output.status.code().unwrap(), findings)
+    };
+    let (code, findings) = judged("watched", &temperature("0x0003", "ro"));
+    assert_eq!(code, WORKS, "{findings:#}");
+    for (name, dictionary, object, found, remedy) in [
+        ("unwatched", Dictionary::own(), "2011h:00", "absent", "temperature_c"),
+        ("other-type", temperature("0x0007", "ro"), "2011h:00", "of type u32", "temperature_c"),
+        ("write-only", temperature("0x0003", "wo"), "2011h:00", "", "temperature_c"),
+        (
+            "no-mark",
+            temperature("0x0003", "ro").with("6075", "AccessType", "ro"),
+            "6075h:00",
+            "known only",
+            "power_marker",
+        ),
+    ] {
+        let (code, findings) = judged(name, &dictionary);
+        assert_eq!(code, CANNOT, "{name}: {findings:#}");
+        let [row] = rows(&findings, "no").try_into().unwrap();
+        assert!(row["object"].as_str().unwrap().starts_with(object), "{name}: {row:#}");
+        assert!(row["found"].as_str().unwrap().starts_with(found), "{name}: {row:#}");
+        assert!(row["remedies"][0].as_str().unwrap().contains(remedy), "{name}: {row:#}");
+    }
+}

@@ -79,11 +79,37 @@ fn dictionaries_are_for_simulated_canopen_drives() {
     let usage = uarm(&["run", "--can", "can0", "--eds", eds, "--node", "2"]);
     assert_eq!(usage.status.code(), Some(2), "{}", text(&usage));
     let unknown = uarm(&["run", "--virtual-time", "--log", "none", "--eds", eds, "--node", "9"]);
-    assert_eq!(unknown.status.code(), Some(1));
+    assert_eq!(unknown.status.code(), Some(2));
     assert!(text(&unknown).contains("node 9: expected one of the robot's"), "{}", text(&unknown));
     let robot = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/uarm-odrive.toml");
     let odrive = ["run", "--virtual-time", "--log", "none", "--robot", robot, "--eds", eds, "--node", "2"];
     let odrive = uarm(&odrive);
     assert_eq!(odrive.status.code(), Some(1));
     assert!(text(&odrive).contains("only with bus.protocol = \"canopen\""), "{}", text(&odrive));
+}
+
+/// 2011h, tenths of a degree: of one maker only.
+const TEMPERATURE: &str = "\n[2011]\nParameterName=Temperature\nObjectType=0x7\nDataType=0x0003\nAccessType=ro\n\
+                           DefaultValue=300\nPDOMapping=0\n";
+const WATCHED: &str = "temperature_c = { object = { index = 0x2011, subindex = 0, type = \"i16\", unit = 0.1 }, \
+                       stop_above = 80.0 }, writes = [{ index = 0x6007, subindex = 0, type = \"i16\", value = 1 }]";
+
+#[test]
+fn a_robot_file_is_checked_against_the_dictionaries_of_its_drives() {
+    let robot = robot("watched", WATCHED);
+    let robot = robot.to_str().unwrap();
+    let own = uarm(&["check", "--robot", robot]);
+    assert_eq!(own.status.code(), Some(1), "{}", text(&own));
+    assert!(text(&own).contains("2011h:00 is absent, expected readable, of type i16"), "{}", text(&own));
+    let eds = file("rehearsal-watched.eds", Dictionary::own().and(TEMPERATURE).text());
+    let mut arguments = vec!["check", "--robot", robot];
+    for node in ["1", "2", "3"] {
+        arguments.extend(["--eds", eds.to_str().unwrap(), "--node", node]);
+    }
+    let bought = uarm(&arguments);
+    assert_eq!(bought.status.code(), Some(0), "{}", text(&bought));
+    arguments.truncate(7);
+    let two_are_not = uarm(&arguments);
+    assert_eq!(two_are_not.status.code(), Some(1), "{}", text(&two_are_not));
+    assert!(text(&two_are_not).contains("node 2"), "{}", text(&two_are_not));
 }

@@ -7,9 +7,9 @@ use rustix::process::Signal;
 use serde_json::Value;
 use std::process::Output;
 use std::time::Duration;
-use vcan_support::bus::{Bus, Seen};
+use vcan_support::bus::{Bus, NMT, NMT_START, Seen};
 use vcan_support::process::{Robot, Running, Scheduling, controller, describe, finish, succeed};
-use vcan_support::{INTERFACE, Workshop};
+use vcan_support::{DRIVEN_NODE, INTERFACE, Workshop};
 
 /// SDO requests: base, plus node (CiA 301).
 const SDO_REQUEST: u16 = 0x600;
@@ -20,6 +20,8 @@ const UPLOADS: [u8; 2] = [2, 3];
 const NMT_STOP_NODE_2: [u8; 2] = [2, 2];
 /// RPDO1 of node 2, the first driven joint.
 const COMMAND: u16 = 0x202;
+/// Bit 4 of the controlword in homing mode (CiA 402-2).
+const HOMING_START: u16 = 0x10;
 /// Longer than anything here takes, in a guest that computes what is stable too.
 const LONG: Duration = Duration::from_secs(120);
 
@@ -142,6 +144,53 @@ fn an_incremental_robot_runs_with_a_reference_only_and_not_after_its_power_was_l
     drop(robot);
     let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
     refused("has lost its power");
+}
+
+/// As [`INCREMENTAL`], and the drive homes: to the index at 0 degrees, from 20, at 937 counts or 10 degrees per second.
+const HOMES: (&str, &str) = (
+    INCREMENTAL.0,
+    "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0, \
+     reference = \"incremental\", power_marker = { index = 0x6075, subindex = 0, type = \"u32\", value = 77 }, \
+     homing = { method = 33, speeds = [2812, 937], acceleration = 20000, angle_deg = 0.0, travel_deg = 40.0 }",
+);
+
+#[test]
+fn a_drive_homes_and_the_run_after_it_starts_from_that_reference() {
+    let workshop = Workshop::new("homing");
+    let bus = Bus::open();
+    workshop.write_robot(&[HOMES]);
+    let _robot = Robot::start(&workshop, &bus, Scheduling::Ordinary, &[]);
+    // The counter began at zero where the joint stood.
+    assert_eq!(bus.position(DRIVEN_NODE), 0);
+    bus.drain();
+    let homing = ["reference", "--can", INTERFACE, "--homing", "--node", "2", "--yes", "--rt", "prefer", "--json"];
+    let mut command = workshop.command();
+    let mut running = Running::start(command.arg("drive").args(homing).arg("--robot").arg(workshop.robot()));
+    // A socket holds no more than a second of this.
+    let mut seen = Vec::new();
+    while running.is_alive() {
+        seen.extend(bus.next(Duration::from_millis(1)));
+        seen.extend(bus.drain());
+    }
+    seen.extend(bus.drain());
+    let stored = json(&running.end());
+    let reference = &stored["references"]["joints"][0];
+    assert_eq!((&reference["node"], &reference["serial"]), (&Value::from(2), &Value::from(2)));
+    assert_eq!((&reference["homing_method"], &reference["position_counts"]), (&Value::from(33), &Value::from(0)));
+    let commands = || seen.iter().filter(|seen| seen.id == COMMAND);
+    assert!(commands().any(|seen| seen.u16(0) & HOMING_START != 0), "homing was started");
+    assert!(commands().all(|seen| seen.u16(2) == 0), "the drive turns its motor by itself");
+    assert!(!seen.iter().any(|seen| matches!(seen.id, 0x201 | 0x203)), "the other drives get no command");
+    assert!(seen.iter().any(|seen| seen.id == 0 && seen.data == NMT_STOP_NODE_2), "NMT stop");
+    // The motor stopped a little behind the index, at which 6064h is zero now.
+    bus.send(NMT, &[NMT_START, DRIVEN_NODE]);
+    assert!(!bus.is_enabled(DRIVEN_NODE), "its brake is closed");
+    let counts = bus.position(DRIVEN_NODE);
+    assert!((-300..=0).contains(&counts), "{counts} counts from home");
+
+    let output = finish(&mut controller(&workshop, &["--log", "none", "--approach", "3s"]));
+    let message = describe(&output);
+    assert!(message.contains("joint 2: reference of ") && message.contains("homing method 33"), "{message}");
 }
 
 /// What is wanted of joint 2's drive is not what the emulated drive has.

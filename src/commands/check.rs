@@ -8,6 +8,7 @@ use std::time::Duration;
 use hinf_control::{Disturbance, Law};
 use serde::Serialize;
 
+use crate::bought::{Bought, DictionaryArguments};
 use crate::dimensions::ACTIVE;
 use crate::error_text::with_causes;
 use crate::exit::Exit;
@@ -22,6 +23,8 @@ use crate::{console, options};
 Examples:
   uarm check                                 the paper's UARM, which is built in
   uarm check --robot my-robot.toml           before its first run: exit code 0 if `uarm run` would take it
+  uarm check --robot my-robot.toml --eds drive.eds --node 2
+                                             the simulated drive of node 2 has the objects of its maker's dictionary
 
 What `uarm run` refuses before it opens an interface is refused here, with the same words: fields, postures, velocity and
 torque of the task, bus time, heartbeats. What only the drives know (`uarm run --can` compares it at start) is not.
@@ -34,6 +37,8 @@ pub struct Arguments {
     /// The loop's period, such as 3ms or 1ms, instead of the robot file's
     #[arg(long, allow_hyphen_values = true, value_parser = options::period, value_name = "TIME")]
     period: Option<Duration>,
+    #[command(flatten)]
+    dictionaries: DictionaryArguments,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -92,8 +97,9 @@ struct Check {
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let overrides = Overrides { period: arguments.period, ..Overrides::default() };
     let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
+    let bought = Bought::read(&arguments.dictionaries, &robot.description.nodes())?;
     let mut check = check(arguments.robot.as_deref(), &robot);
-    let stopped_by = match rehearse(&robot, Law::Nonlinear, Disturbance::None)? {
+    let stopped_by = match rehearse(&robot, &bought, Law::Nonlinear, Disturbance::None)? {
         SimulatedEnd::Completed(_) => None,
         SimulatedEnd::Failed(cause) => Some(with_causes(&cause)),
     };

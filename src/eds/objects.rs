@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use uarm_eds::{Address, Dictionary, Object as Described, Value};
+use uarm_eds::{Address, Dictionary, Kind, Object as Described, Value};
 use uarm_io::drive::objects::Object;
 use uarm_io::drive::survey::{Access, Answer, Answered, ObjectSource, PdoSearch};
 
@@ -46,7 +46,11 @@ fn answered(object: &Described, node: u8) -> Answered {
         (true, false) => Access::ReadOnly,
         (false, _) => Access::WriteOnly,
     };
-    Answered { answer: answer(object, node), access, least: whole(least), most: whole(most) }
+    let data_type = match object.kind {
+        Kind::Basic(data_type) => Some(data_type),
+        Kind::Other(_) => None,
+    };
+    Answered { answer: answer(object, node), access, least: whole(least), most: whole(most), data_type }
 }
 
 fn answer(object: &Described, node: u8) -> Answer {
@@ -76,6 +80,7 @@ fn is_packed(address: Address) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use uarm_eds::DataType;
     use uarm_io::drive::objects;
 
     use super::*;
@@ -90,8 +95,13 @@ mod tests {
     fn a_dictionary_answers_with_value_access_and_limits() {
         let text = "[6076]\nDataType=7\nAccessType=rww\nDefaultValue=1000\nLowLimit=1\nHighLimit=5000\n";
         let answered = ask(text, &objects::RATED_TORQUE);
-        let expected =
-            Answered { answer: Answer::Number(1000), access: Access::ReadWrite, least: Some(1), most: Some(5000) };
+        let expected = Answered {
+            answer: Answer::Number(1000),
+            access: Access::ReadWrite,
+            least: Some(1),
+            most: Some(5000),
+            data_type: Some(DataType::Unsigned32),
+        };
         assert_eq!(answered, expected);
         assert_eq!(ask(text, &objects::TARGET_TORQUE).answer, Answer::Absent);
     }

@@ -57,6 +57,7 @@ impl DriveCheck<'_> {
             watchdog: self.watchdog()?,
             abort_option: self.abort_option()?,
             readings: readings::check(self.index, self.drive(), self.file, self.check)?,
+            power_marker: self.joint.encoder.power_marker.as_ref().and_then(power_marker),
             settings: self.settings(file::When::Before)?,
             later_settings: self.settings(file::When::After)?,
             ..DriveConfiguration::new(node, self.joint.encoder.counts_per_revolution, rated_torque)
@@ -232,6 +233,11 @@ impl DriveCheck<'_> {
             self.check.refuse(field, write.value, format!("a value that fits type {:?}", write.kind))
         })
     }
+}
+
+/// The mark of an incremental encoder; its value was checked with the encoder.
+fn power_marker(marker: &file::ObjectWrite) -> Option<Setting> {
+    Some(Setting::new(Address::new(marker.index, marker.subindex), marker.as_value()?))
 }
 
 /// Refuses PDOs of two drives with one identifier.

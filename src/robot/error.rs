@@ -3,6 +3,8 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
+use crate::usage::UsageError;
+
 /// A robot file that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum RobotError {
@@ -30,6 +32,9 @@ pub enum RobotError {
         /// The place in the file, and what is wrong there. No source of this error: its words are in the message.
         error: Box<toml::de::Error>,
     },
+    /// The command line changes it to what it cannot be.
+    #[error("{0}")]
+    Override(#[source] UsageError),
     /// A field has a value that it cannot have.
     #[error("{}: {field} = {value}: expected {expected}", file.display())]
     Field {

@@ -159,6 +159,9 @@ impl Robot {
         if file.schema != SCHEMA {
             return Err(check.refuse("schema", file.schema, format!("{SCHEMA}")));
         }
+        if file.name.trim().is_empty() {
+            return Err(check.refuse("name", format!("{:?}", file.name), "a name, by which reports call the robot"));
+        }
         let period = Period::new(Duration::from_micros(file.control.period_us.into())).ok_or_else(|| {
             let expected = format!("{} to {}", Period::SHORTEST.as_micros(), Period::LONGEST.as_micros());
             check.refuse("control.period_us", file.control.period_us, expected)

@@ -6,6 +6,7 @@ use hinf_control::{BaseAcceleration, Law};
 
 use super::error::{Checker, RobotError};
 use super::file::RobotFile;
+use crate::usage::UsageError;
 
 /// Changes to a robot file.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,8 +30,11 @@ impl Overrides {
         }
         if let Some((law, mode)) = self.base_acceleration {
             file.controllers.set_base_acceleration(law, mode).map_err(|error| {
-                let field = format!("--base-acceleration with --controller {}", law.name());
-                check.refuse(field, error.found.name(), error.expected)
+                let (law, mode) = (law.name(), error.found.name());
+                RobotError::Override(UsageError::new(format!(
+                    "--base-acceleration {mode} with --controller {law}: expected {}",
+                    error.expected
+                )))
             })?;
         }
         Ok(())

@@ -147,7 +147,7 @@ mod tests {
             (
                 "supply_voltage_v = { stop_below = 20.0 }, \
                  temperature_c = { stop_above = 80.0, object = { index = 0x6079, subindex = 0, type = \"u32\", unit = 1.0 } }",
-                "joints[0].drive.temperature_c.object = 6079h:00: expected another than that of supply_voltage_v",
+                "joints[0].drive.temperature_c.object = 6079h:00 (DC link circuit voltage): expected another than that of supply_voltage_v",
             ),
             (
                 "supply_voltage_v = { object = { index = 0x6079, subindex = 0, type = \"u32\", unit = 0.0 }, stop_below = 20.0 }",

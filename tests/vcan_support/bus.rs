@@ -9,7 +9,7 @@ use super::{DRIVEN_NODE, INTERFACE, NODES};
 /// NMT commands (CiA 301, 7.2.8.3.1).
 pub const NMT: u16 = 0x000;
 /// The NMT command *start remote node*.
-const NMT_START: u8 = 0x01;
+pub const NMT_START: u8 = 0x01;
 /// The NMT command *reset node*.
 const NMT_RESET_NODE: u8 = 0x81;
 /// The NMT command *stop remote node*.

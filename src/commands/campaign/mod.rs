@@ -11,8 +11,10 @@ use anyhow::Context;
 use hinf_control::{Disturbance, Law};
 use uarm_loop::robot::Protocol;
 
+use crate::bought::Bought;
 use crate::campaign::store::{CampaignHeader, Trials};
 use crate::campaign::trial::Trial;
+use crate::options::positive;
 use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
 use crate::simulation::rehearse;
@@ -58,7 +60,7 @@ struct RunArguments {
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
     /// How many seeds
-    #[arg(long, default_value = "300", value_name = "N")]
+    #[arg(long, default_value = "300", value_parser = positive::<NonZeroU64>, value_name = "N")]
     seeds: NonZeroU64,
     /// The first of them
     #[arg(long, default_value_t = 1, value_name = "SEED")]
@@ -67,7 +69,7 @@ struct RunArguments {
     #[arg(long, value_name = "PART/PARTS")]
     shard: Option<Shard>,
     /// How many run at a time; by default as many as the machine has processors
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_parser = positive::<NonZeroUsize>, value_name = "N")]
     threads: Option<NonZeroUsize>,
     /// Write every trial to this file, a line of JSON each
     #[arg(long, short, value_name = "FILE.jsonl")]
@@ -99,7 +101,7 @@ fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         "bus: protocol: expected \"canopen\": the faults are those of CiA 402 drives"
     );
     for law in Law::ALL {
-        let end = rehearse(&robot, law, Disturbance::Paper)?;
+        let end = rehearse(&robot, &Bought::default(), law, Disturbance::Paper)?;
         end.completed(law.name()).context("the robot cannot do its task, even without a fault")?;
     }
     let header = header(arguments, &robot)?;

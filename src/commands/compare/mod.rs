@@ -21,7 +21,7 @@ use hinf_control::Disturbance;
 
 use crate::console;
 use crate::exit::Exit;
-use crate::options::choice;
+use crate::options::{choice, positive};
 use crate::output_files::{Force, OutputFiles};
 use crate::simulated_robot::PlantChoice;
 use crate::study::parallel::all_cores;
@@ -84,10 +84,10 @@ struct RunArguments {
     #[arg(long, value_parser = choice::<Disturbance>(), default_value = "paper", value_name = "KIND")]
     disturbance: Disturbance,
     /// Experiments with each controller; the paper made five
-    #[arg(long, default_value = "5", value_name = "N")]
+    #[arg(long, default_value = "5", value_parser = positive::<NonZeroU32>, value_name = "N")]
     repeat: NonZeroU32,
     /// Instead of repetitions on one plant: this many plants drawn around the UARM, one experiment with each controller
-    #[arg(long, value_name = "N", conflicts_with = "repeat")]
+    #[arg(long, value_parser = positive::<NonZeroU32>, value_name = "N", conflicts_with = "repeat")]
     monte_carlo: Option<NonZeroU32>,
     /// How far each parameter of the drawn plants may be from the robot file's, as 20% or 0.2
     #[arg(long, default_value = "20%", value_name = "SHARE", requires = "monte_carlo")]
@@ -105,7 +105,7 @@ struct RunArguments {
     #[arg(long, default_value_t = 1, value_name = "SEED")]
     seed: u64,
     /// How many experiments run at a time; by default as many as the machine has processors
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_parser = positive::<NonZeroUsize>, value_name = "N")]
     threads: Option<NonZeroUsize>,
     /// Write every experiment to this file
     #[arg(long, value_name = "FILE.csv")]

@@ -20,7 +20,11 @@ const NAME: usize = 26;
 pub fn print_comparison(comparison: &Comparison, output: &mut impl Write) -> io::Result<()> {
     let Comparison { robot, plant, repetitions, seed, .. } = comparison;
     let variation = describe(comparison.variation);
-    writeln!(output, "{robot} on {plant}: {repetitions} experiments with each controller, seed {seed}, {variation}")?;
+    writeln!(
+        output,
+        "{robot} on {plant}: {} with each controller, seed {seed}, {variation}",
+        experiments(*repetitions)
+    )?;
     print_index(comparison, output, "L2 of the tracking error", |row| row.l2, |indices| indices.l2)?;
     print_index(comparison, output, "E, the summed torque (N m s)", |row| row.e, |indices| indices.e)?;
     print_motion(comparison, output)?;
@@ -59,6 +63,14 @@ fn print_index(
     Ok(())
 }
 
+fn experiments(number: impl TryInto<u64>) -> String {
+    match number.try_into() {
+        Ok(1) => "1 experiment".to_owned(),
+        Ok(number) => format!("{number} experiments"),
+        Err(_) => "experiments".to_owned(),
+    }
+}
+
 /// Failures that are listed; all are counted, and are in JSON and CSV.
 const MOST_FAILURES: usize = 20;
 
@@ -67,7 +79,7 @@ fn print_failures(comparison: &Comparison, output: &mut impl Write) -> io::Resul
     if failures.is_empty() {
         return Ok(());
     }
-    writeln!(output, "\n{} experiments did not come to their end, and are not in the numbers above", failures.len())?;
+    writeln!(output, "\n{} did not come to the end, not in the numbers above", experiments(failures.len()))?;
     for Failure { controller, experiment, reason, .. } in failures.iter().take(MOST_FAILURES) {
         writeln!(output, "  {controller}, experiment {experiment}: {reason}")?;
     }

@@ -28,6 +28,7 @@ use super::arguments::Arguments;
 use crate::dimensions::{ACTIVE, JOINTS, OrderedLog};
 use crate::report::FAULT_CODE;
 use crate::robot::Robot;
+use crate::usage::UsageError;
 
 type Source<'a> = uarm_log::replay::source::Source<'a, JOINTS, ACTIVE>;
 type Begin = uarm_log::replay::exact::Begin<JOINTS, ACTIVE>;
@@ -100,14 +101,17 @@ impl Recorded {
     /// The state that a replay begins with: of a log with the last keyframe before a task time, s, if one is asked for.
     pub fn begin(&mut self, from: Option<f64>) -> anyhow::Result<Begin> {
         let (Some(time), Records::Log(log)) = (from, &mut self.records) else { return Ok(Begin::Beginning) };
-        let take = |found: &mut Option<_>, record: InOrder<'_, JOINTS, ACTIVE>| {
-            if let InOrder::Keyframe(keyframe) = record
-                && is_before(keyframe, time)
-            {
-                *found = Some(*keyframe);
-            }
+        let take = |(found, span): &mut (Option<_>, Option<[f64; 2]>), record: InOrder<'_, JOINTS, ACTIVE>| match record
+        {
+            InOrder::Keyframe(keyframe) if is_before(keyframe, time) => *found = Some(*keyframe),
+            InOrder::Cycle(cycle) => *span = Some([span.map_or(cycle.time, |[first, _]| first), cycle.time]),
+            InOrder::Keyframe(_) | InOrder::Frame(_) => {}
         };
-        let (found, _) = log.pass(|| None, take)?;
+        let ((found, span), _) = log.pass(|| (None, None), take)?;
+        if let Some([first, last]) = span.filter(|[first, last]| !(*first..=*last).contains(&time)) {
+            let expected = format!("a task time from {first:.3} to {last:.3} s, as the log has");
+            return Err(UsageError::new(format!("--from {time}: expected {expected}")).into());
+        }
         Ok(Begin::At(found.ok_or(ReplayError::NoKeyframe(time))?))
     }
 }

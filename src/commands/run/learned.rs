@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn which_drive_it_is_its_own_limits_and_what_is_to_be_known_are_told() {
-        let Ok(survey) = Survey::of(&mut Limits, []);
+        let Ok(survey) = Survey::of(&mut Limits, [], |_, _| false);
         let finding = |verdict, remedy| Finding {
             question: Question::TorqueLimits,
             object: MAXIMUM_TORQUE.address(),

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use hinf_control::{AdaptationGuard, BaseAcceleration, Disturbance, Law};
 use uarm_io::realtime::RealtimePolicy;
 use uarm_log::parts::{NewestBytes, SizeLimit};
@@ -34,6 +34,7 @@ use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::signals;
 use crate::simulated_robot::PlantChoice;
+use crate::usage::UsageError;
 use place::Place;
 use recording::Repetition;
 use session::Session;
@@ -236,13 +237,18 @@ fn place(arguments: &Arguments) -> Place {
 
 fn log_limit(arguments: &Arguments, robot: &Robot) -> anyhow::Result<SizeLimit> {
     let Some(bytes) = arguments.log_limit else { return Ok(SizeLimit::Unlimited) };
-    ensure!(arguments.log != Some(LogChoice::None), "--log-limit: expected a log, --log none writes none");
+    if arguments.log == Some(LogChoice::None) {
+        return Err(UsageError::new("--log-limit: expected a log, --log none writes none").into());
+    }
     let period = robot.description.period.duration();
     let least = NewestBytes::least(period);
     let limit = NewestBytes::new(bytes, period);
-    limit.map(SizeLimit::Newest).with_context(|| {
-        format!("--log-limit: {bytes} bytes, expected at least {least}, eight parts of 4 s with a period of {period:?}")
-    })
+    let limit = limit.map(SizeLimit::Newest).ok_or_else(|| {
+        UsageError::new(format!(
+            "--log-limit: {bytes} bytes, expected at least {least}, eight parts of 4 s with a period of {period:?}"
+        ))
+    });
+    Ok(limit?)
 }
 
 fn realtime(arguments: &Arguments) -> anyhow::Result<Realtime> {

@@ -124,6 +124,8 @@ objects! {
     RATED_TORQUE = 0x6076:0 Unsigned32 "motor rated torque";
     /// Per mille of the rated torque.
     TORQUE_ACTUAL = 0x6077:0 Integer16 "torque actual value";
+    /// Voltage of the drive's supply, mV.
+    DC_LINK_VOLTAGE = 0x6079:0 Unsigned32 "DC link circuit voltage";
     /// Signs between motor and position (bit 7), velocity (bit 6) and torque (bit 5); 0 turns nothing round.
     POLARITY = 0x607E:0 Unsigned8 "polarity";
     /// Counts in [`ENCODER_REVOLUTIONS`] revolutions.

@@ -8,13 +8,14 @@ mod device;
 mod finding;
 mod pdos;
 mod planner;
+mod readings;
 mod scales;
 
 pub use bus::interpolation_times;
 pub use finding::{Finding, Question, Remedy, Verdict, Wanted, WriteEntry};
 pub use planner::{MOST_PLANNED, PlannedSettings};
 
-use crate::drive::survey::{Answer, Survey};
+use crate::drive::survey::{Answer, ObjectSource, Survey};
 use crate::drive::wishes::{DriveConfiguration, Protocol, Setting, Settings};
 use planner::Planner;
 
@@ -94,11 +95,21 @@ fn answer(planner: &mut Planner<'_>, question: Question) -> Finding {
         Question::LossReaction => planner.loss_reaction(),
         Question::QuickStop => planner.quick_stop(),
         Question::Homing => planner.homing(),
+        Question::Readings => planner.readings(),
+        Question::PowerMarker => planner.power_marker(),
     }
 }
 
+/// Asks a drive, or its dictionary file, for everything that [`plan`] looks at.
+///
+/// # Errors
+/// That of the source.
+pub fn survey_of<S: ObjectSource>(source: &mut S, drive: &DriveConfiguration) -> Result<Survey, S::Error> {
+    Survey::of(source, named_objects(drive), |kind, number| drive.pdos.uses(kind, number))
+}
+
 /// The objects that a survey has to ask for beside its own: those that the robot file names.
-pub fn named_objects(drive: &DriveConfiguration) -> impl Iterator<Item = (canopen_rs::Address, canopen_rs::DataType)> {
+fn named_objects(drive: &DriveConfiguration) -> impl Iterator<Item = (canopen_rs::Address, canopen_rs::DataType)> {
     use crate::drive::wishes::{Operation, Resolution};
     let resolution = match drive.resolution {
         // Its type is not known; 32 bits hold every count.
@@ -112,7 +123,9 @@ pub fn named_objects(drive: &DriveConfiguration) -> impl Iterator<Item = (canope
     let homing =
         homing.into_iter().flat_map(|homing| homing.objects().map(|(object, _)| (object.address(), object.data_type)));
     let of = |setting: &Setting| (setting.address, setting.value.data_type());
-    drive.settings.iter().map(of).chain(drive.later_settings.iter().map(of)).chain(resolution).chain(homing)
+    let read = drive.readings.iter().flatten().map(|reading| (reading.object, reading.data_type));
+    let written = drive.settings.iter().chain(&drive.later_settings).chain(&drive.power_marker).map(of);
+    written.chain(resolution).chain(homing).chain(read)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 use super::identity::DriveIdentity;
 use super::objects::{self, Object};
 use super::pdo_objects::{PdoKind, PdoNumber};
+use super::words::type_name;
 use canopen_rs::{Address, DataType, Value};
 use core::fmt;
 
@@ -16,6 +17,8 @@ pub enum Answer {
     Number(i64),
     /// The object is there and holds no whole number: a text, a domain, a floating-point number, or more than 63 bits.
     NotANumber,
+    /// The object is there, and not of the type that is wanted, but of this one.
+    OtherType(DataType),
     /// The object is there; its value is known only to the drive. Dictionary files answer so.
     Unstated,
     /// There is no such object (SDO aborts 0602 0000h and 0609 0011h).
@@ -63,6 +66,7 @@ impl fmt::Display for Answer {
             Self::Number(value) if *value > 9 => write!(formatter, "{value} ({value:X}h)"),
             Self::Number(value) => value.fmt(formatter),
             Self::NotANumber => formatter.write_str("no number"),
+            Self::OtherType(data_type) => write!(formatter, "of type {}", type_name(*data_type)),
             Self::Unstated => formatter.write_str("known only to the drive"),
             Self::Absent => formatter.write_str("absent"),
             Self::Refused(code) => {
@@ -91,6 +95,11 @@ impl Access {
     pub const fn may_write(self) -> bool {
         !matches!(self, Self::ReadOnly)
     }
+
+    /// False if it is known that the object cannot be read.
+    pub const fn may_read(self) -> bool {
+        !matches!(self, Self::WriteOnly)
+    }
 }
 
 /// What is known of one object.
@@ -104,12 +113,14 @@ pub struct Answered {
     pub least: Option<i64>,
     /// Its greatest value, where that is stated.
     pub most: Option<i64>,
+    /// Its type, where that is stated: a dictionary file does, a drive does not.
+    pub data_type: Option<DataType>,
 }
 
 impl Answered {
     /// An answer of which nothing else is known: that of a drive.
     pub const fn by_drive(answer: Answer) -> Self {
-        Self { answer, access: Access::Unknown, least: None, most: None }
+        Self { answer, access: Access::Unknown, least: None, most: None, data_type: None }
     }
 
     /// False if it is known that `value` cannot be written.
@@ -141,7 +152,7 @@ pub trait ObjectSource {
 /// How far the PDOs of a drive are looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PdoSearch {
-    /// Until [`LONGEST_GAP`] numbers in a row are absent: a drive is asked over SDO, and all 512 of both directions would take a
+    /// Until [`LONGEST_GAP`] numbers in a row are absent, and those that the robot file names: a drive is asked over SDO, and all 512 of both directions would take a
     /// slow one a minute.
     UntilGap,
     /// All 512 numbers: a dictionary file answers at once.
@@ -177,7 +188,8 @@ pub struct PdoRecord {
 pub enum Reach {
     /// It is.
     Asked,
-    /// It stands behind [`LONGEST_GAP`] numbers without a PDO: only a dictionary file tells of it.
+    /// It stands behind [`LONGEST_GAP`] numbers without a PDO, and the robot file does not name it: only a dictionary file tells of
+    /// it.
     BehindGap,
 }
 
@@ -246,6 +258,7 @@ const ASKED: &[&Object] = &[
     &objects::ABORT_CONNECTION_OPTION,
     &objects::QUICK_STOP_OPTION,
     &objects::HOMING_METHOD,
+    &objects::DC_LINK_VOLTAGE,
 ];
 
 /// Objects that a survey can hold: those above, and as many of a robot file.
@@ -273,13 +286,14 @@ pub enum Room {
 }
 
 impl Survey {
-    /// Asks for everything that a plan looks at, and for `others`: objects that a robot file names.
+    /// Asks for everything that a plan looks at, and for `others` and `is_named`: objects and PDOs that a robot file names.
     ///
     /// # Errors
     /// That of the source.
     pub fn of<S: ObjectSource>(
         source: &mut S,
         others: impl IntoIterator<Item = (Address, DataType)>,
+        is_named: impl Fn(PdoKind, PdoNumber) -> bool,
     ) -> Result<Self, S::Error> {
         let mut survey = Self::default();
         for object in ASKED {
@@ -288,8 +302,8 @@ impl Survey {
         for (address, data_type) in others {
             survey.ask(source, &Object::new(address.index, address.subindex, data_type, ""))?;
         }
-        let (rpdos, room) = pdos(source, PdoKind::Receive)?;
-        let (tpdos, room_of_tpdos) = pdos(source, PdoKind::Transmit)?;
+        let (rpdos, room) = pdos(source, PdoKind::Receive, &is_named)?;
+        let (tpdos, room_of_tpdos) = pdos(source, PdoKind::Transmit, &is_named)?;
         let room = if room == Room::Enough { room_of_tpdos } else { room };
         Ok(Self { rpdos, tpdos, room, ..survey })
     }
@@ -357,29 +371,35 @@ impl Survey {
     }
 }
 
-/// All PDOs of one kind, and whether there was room for them.
-fn pdos<S: ObjectSource>(source: &mut S, kind: PdoKind) -> Result<(Pdos, Room), S::Error> {
+/// All PDOs of one kind, and whether there was room for them. Those that the robot file names are asked for wherever they are.
+fn pdos<S: ObjectSource>(
+    source: &mut S,
+    kind: PdoKind,
+    is_named: &impl Fn(PdoKind, PdoNumber) -> bool,
+) -> Result<(Pdos, Room), S::Error> {
     let (mut found, mut gap, mut reach) = (Pdos::new(), 0, Reach::Asked);
     for number in PdoNumber::all() {
+        let is_named = is_named(kind, number);
+        if reach == Reach::BehindGap && !is_named && source.pdo_search() == PdoSearch::UntilGap {
+            continue;
+        }
         let identifier = source.ask(&kind.identifier(number))?;
         if !identifier.answer.is_there() {
             gap += 1;
             if gap == LONGEST_GAP {
                 reach = Reach::BehindGap;
             }
-            match source.pdo_search() {
-                PdoSearch::UntilGap if reach == Reach::BehindGap => break,
-                PdoSearch::UntilGap | PdoSearch::All => continue,
-            }
+            continue;
         }
         gap = 0;
         let is_off = identifier.answer.number().is_some_and(|identifier| identifier & PDO_OFF != 0);
-        if is_off && number.get() > ALWAYS_KEPT {
+        if is_off && !is_named && number.get() > ALWAYS_KEPT {
             continue;
         }
         if found.is_full() {
             return Ok((found, Room::Exceeded(kind, number)));
         }
+        let reach = if is_named { Reach::Asked } else { reach };
         let _ = found.push(PdoRecord { reach, ..pdo(source, kind, number, identifier)? });
     }
     Ok((found, Room::Enough))

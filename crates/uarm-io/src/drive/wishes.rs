@@ -314,6 +314,8 @@ pub struct DriveConfiguration {
     pub operation: Operation,
     /// What it is asked for in a run beside its motion.
     pub readings: Readings,
+    /// What is in the drive as long as it has power, from when its joint was referenced on; a start only looks whether it can be.
+    pub power_marker: Option<Setting>,
     /// What is written before the protocol's objects, in this order; data of the robot file, since drives differ.
     pub settings: Settings,
     /// What is written after them.
@@ -338,6 +340,7 @@ impl DriveConfiguration {
             abort_option: AbortOption::default(),
             operation: Operation::default(),
             readings: Readings::default(),
+            power_marker: None,
             settings: Settings::new(),
             later_settings: Settings::new(),
         }

@@ -1,8 +1,25 @@
 //! Codes in words: SDO aborts and emergency messages.
 
 use super::objects::Object;
-use canopen_rs::{Address, NmtState, Value};
+use canopen_rs::{Address, DataType, NmtState, Value};
 use core::fmt;
+
+/// A type as robot files call it.
+pub const fn type_name(data_type: DataType) -> &'static str {
+    match data_type {
+        DataType::Boolean => "bool",
+        DataType::Unsigned8 => "u8",
+        DataType::Unsigned16 => "u16",
+        DataType::Unsigned32 => "u32",
+        DataType::Unsigned64 => "u64",
+        DataType::Integer8 => "i8",
+        DataType::Integer16 => "i16",
+        DataType::Integer32 => "i32",
+        DataType::Integer64 => "i64",
+        DataType::Real32 | DataType::Real64 => "a floating-point number",
+        _ => "a text or other data",
+    }
+}
 
 /// An NMT state as the last heartbeat told it.
 pub const fn nmt_state(state: Option<NmtState>) -> &'static str {

@@ -12,8 +12,7 @@ use std::process::ExitCode;
 
 use uarm_eds::Dictionary;
 use uarm_io::drive::NodeId;
-use uarm_io::drive::plan::named_objects;
-use uarm_io::drive::survey::Survey;
+use uarm_io::drive::plan::survey_of;
 use uarm_io::socketcan_link::InterfaceName;
 
 use crate::console;
@@ -83,7 +82,7 @@ fn of_dictionary(file: &Path, arguments: &Arguments) -> anyhow::Result<(Report, 
     let mut candidate = Candidate::new(arguments.robot.as_deref(), node)?;
     let mut objects = DictionaryObjects::new(&dictionary, candidate.node()?.raw());
     let judgement = judge(&mut candidate, |drive| {
-        let Ok(survey) = Survey::of(&mut objects, named_objects(drive));
+        let Ok(survey) = survey_of(&mut objects, drive);
         Ok(survey)
     })?;
     report(name_of(&dictionary), &judgement, &candidate)

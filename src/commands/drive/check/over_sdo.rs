@@ -1,7 +1,7 @@
 //! A drive on the bus answers for itself.
 
 use uarm_io::drive::NodeId;
-use uarm_io::drive::plan::named_objects;
+use uarm_io::drive::plan::survey_of;
 use uarm_io::drive::sdo::{Bystander, DriveObjects, Patience, SdoError};
 use uarm_io::drive::survey::Survey;
 use uarm_io::drive::wire::Channel;
@@ -36,6 +36,6 @@ impl Drive {
     /// If it does not answer, or the link fails.
     pub fn survey(&mut self, wishes: &DriveConfiguration) -> Result<Survey, SdoError<SocketCanError>> {
         let mut bystander = Bystander::new(&mut self.link, &MonotonicClock, self.patience, |_: &Received| {});
-        Survey::of(&mut DriveObjects::new(&mut bystander, self.patience, self.node), named_objects(wishes))
+        survey_of(&mut DriveObjects::new(&mut bystander, self.patience, self.node), wishes)
     }
 }

@@ -23,7 +23,7 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     /// What is to be known of a drive.
     fn survey(&mut self, drive: &DriveConfiguration) -> Result<Survey, SdoError<L::Error>> {
         let mut objects = self.objects_of(drive.node);
-        Survey::of(&mut objects, plan::named_objects(drive))
+        plan::survey_of(&mut objects, drive)
     }
 
     /// The SYNC that all drives take.

@@ -3,7 +3,7 @@
 use crate::drive::pdo_objects::{PdoKind, PdoNumber};
 use crate::drive::survey::Answer;
 use crate::drive::wishes::Setting;
-use crate::drive::words::Named;
+use crate::drive::words::{Named, type_name};
 use canopen_rs::{Address, DataType, Value};
 use core::fmt;
 
@@ -82,6 +82,10 @@ questions! {
     QuickStop: "What does its quick stop do?", "605Ah";
     /// Homing.
     Homing: "Can it home by itself?", "6098h";
+    /// Supply voltage and temperature.
+    Readings: "Can it be asked in a run for what is watched?", "6079h, `drive.temperature_c`";
+    /// What tells of a loss of power.
+    PowerMarker: "Is it seen that it has lost its power, where its encoder is incremental?", "`encoder.power_marker`, or a bit of 6041h";
 }
 
 /// What a finding comes to.
@@ -112,6 +116,8 @@ pub enum Wanted {
     Number(i64),
     /// In words.
     Words(&'static str),
+    /// An object of this type with which this can be done.
+    Type(DataType, &'static str),
 }
 
 impl fmt::Display for Wanted {
@@ -119,6 +125,7 @@ impl fmt::Display for Wanted {
         match self {
             Self::Number(value) => Answer::Number(*value).fmt(formatter),
             Self::Words(words) => formatter.write_str(words),
+            Self::Type(data_type, words) => write!(formatter, "{words}, of type {}", type_name(*data_type)),
         }
     }
 }
@@ -202,14 +209,7 @@ pub struct WriteEntry<'a>(pub &'a Setting);
 impl fmt::Display for WriteEntry<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Setting { address: Address { index, subindex }, value, .. } = self.0;
-        let data_type = match value.data_type() {
-            DataType::Unsigned8 => "u8",
-            DataType::Unsigned16 => "u16",
-            DataType::Unsigned32 => "u32",
-            DataType::Integer8 => "i8",
-            DataType::Integer16 => "i16",
-            _ => "i32",
-        };
+        let data_type = type_name(value.data_type());
         let number = Answer::of(*value).number().unwrap_or_default();
         write!(
             formatter,

@@ -116,7 +116,9 @@ impl Planner<'_> {
                 }
                 _ => self.to_write(row, &objects::RATED_TORQUE, wanted),
             },
-            Answer::NotANumber | Answer::Refused(_) => row.with(Verdict::WorksWith, Remedy::TorqueStated),
+            Answer::NotANumber | Answer::OtherType(_) | Answer::Refused(_) => {
+                row.with(Verdict::WorksWith, Remedy::TorqueStated)
+            }
         }
     }
 

@@ -3,6 +3,7 @@
 mod bus;
 mod device;
 mod pdos;
+mod readings;
 mod scales;
 
 use super::*;
@@ -36,7 +37,7 @@ impl ObjectSource for Dictionary {
 
 impl Dictionary {
     fn with(mut self, index: u16, subindex: u8, answer: Answer, access: Access) -> Self {
-        self.0.insert((index, subindex), Answered { answer, access, least: None, most: None });
+        self.0.insert((index, subindex), Answered { answer, access, ..Answered::default() });
         self
     }
 
@@ -116,7 +117,7 @@ fn protocol() -> Protocol {
 }
 
 fn survey(mut dictionary: Dictionary, drive: &DriveConfiguration) -> Survey {
-    let Ok(survey) = Survey::of(&mut dictionary, named_objects(drive));
+    let Ok(survey) = survey_of(&mut dictionary, drive);
     survey
 }
 

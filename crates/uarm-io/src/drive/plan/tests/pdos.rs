@@ -151,7 +151,7 @@ fn a_pdo_behind_a_gap_needs_an_entry_of_its_own() {
     let of_drive = planned(dictionary.clone(), &wishes());
     assert_eq!(of_index(&written(&of_drive), &["1813"]), [""; 0]);
     let of_file = |wishes: &DriveConfiguration| {
-        let Ok(survey) = Survey::of(&mut File(dictionary.clone()), named_objects(wishes));
+        let Ok(survey) = survey_of(&mut File(dictionary.clone()), wishes);
         plan(&survey, wishes, &protocol())
     };
     let plan = of_file(&wishes());
@@ -163,4 +163,26 @@ fn a_pdo_behind_a_gap_needs_an_entry_of_its_own() {
     let plan = of_file(&helped);
     assert!(plan.refusal().is_none(), "{:?}", plan.refusal());
     assert_eq!(of_index(&written(&plan), &["1813"]).len(), 1);
+}
+
+/// The robot file says where it is: a drive is asked there too, wherever its other PDOs are.
+#[test]
+fn a_pdo_that_the_robot_file_names_is_found_behind_a_gap() {
+    let far = PdoNumber::new(21).unwrap();
+    let mut wish = wishes();
+    wish.pdos.feedback.number = far;
+    let dictionary = drive().pdo(0x1814, 0x8000_0182, 1, &[0x6041_0010, 0x6064_0020]);
+    let plan = planned(dictionary.clone(), &wish);
+    assert!(plan.refusal().is_none(), "{:?}", plan.refusal());
+    assert_eq!(of_index(&written(&plan), &["1814"]), ["1814:1 = 182"]);
+    assert_eq!(of_index(&written(&plan), &["1800"]), ["1800:1 = 80000182"], "the first is off");
+    // The same for commands, and for one that stays on; the one between is not looked for.
+    let mut wish = wishes();
+    wish.pdos.command.number = far;
+    wish.pdos.kept.push((PdoKind::Transmit, far)).unwrap();
+    let dictionary = dictionary.pdo(0x1414, 0x202, 255, &[0x6040_0010, 0x6071_0010]).pdo(0x1410, 0x302, 255, &[0]);
+    let plan = planned(dictionary, &wish);
+    assert!(plan.refusal().is_none(), "{:?}", plan.refusal());
+    assert_eq!(of_index(&written(&plan), &["1400", "1410", "1414"]), ["1400:1 = 80000202"]);
+    assert!(of_index(&written(&plan), &["1814"]).is_empty());
 }
