@@ -135,6 +135,24 @@ fn a_clock_that_was_set_is_told_and_changes_nothing() {
     assert_eq!(SYNC_COUNTER_OVERFLOW, 240, "the recording is shorter than a turn of the counter");
 }
 
+/// A replay holds some thousand cycles at a time. Where one window ends and the next begins nothing is lost, and SYNCs that nobody
+/// answers any more, for longer than a window, are behind the end of the run.
+#[test]
+fn a_recording_of_several_windows_is_replayed_as_a_whole() {
+    let log = scratch(&format!("candump-windows-{}.mcap", std::process::id()));
+    let log = log.to_str().unwrap();
+    let arguments = ["run", "--virtual-time", "--disturbance", "none", "--adaptation", "bounded", "--hold", "20s"];
+    standard_output(&[arguments.as_slice(), &["--log", log]].concat());
+    let text = standard_output(&["show", log, "--candump", "-"]);
+    std::fs::remove_file(log).unwrap();
+    let cycles = text.lines().filter(|line| line.contains(" 080#")).count();
+    assert!(cycles > 7000, "more than one window of 4096: {cycles}");
+    let equal = [&format!(" {cycles} cycles from 0.000 s"), "all equal, bit for bit"];
+    assert_told("windows", text.as_bytes(), 0, &equal);
+    let behind: String = (0..10_000).map(|k| format!("(0946700000.{k:05}0000) vcan0 080#01\n")).collect();
+    assert_told("unanswered", format!("{text}{behind}").as_bytes(), 0, &equal);
+}
+
 #[test]
 fn interfaces_are_told_apart() {
     let text = recording();

@@ -106,10 +106,11 @@ fn csv_files_hold_every_cycle_and_the_frames_are_candumps() {
     assert!(std::fs::read_to_string(folder.join("shown.csv")).unwrap() == table);
 
     let frames = std::fs::File::open(folder.join("frames.log")).unwrap();
-    let candump =
-        uarm_log::candump::read(std::io::BufReader::new(frames), uarm_log::candump::Interface::TheOnlyOne).unwrap();
+    let mut count = 0;
+    let input = std::io::BufReader::new(frames);
+    let candump = uarm_log::candump::read(input, uarm_log::candump::Interface::TheOnlyOne, |_| count += 1).unwrap();
     let log = uarm::dimensions::RunLog::read(&folder.join("run.mcap")).unwrap();
-    assert_eq!((candump.frames.len(), candump.left_out), (log.frames.len(), 0));
+    assert_eq!((count, candump.left_out), (log.frames.len(), 0));
     let direct = text(&uarm(&folder, &["show", "run.mcap", "--candump", "-"]).stdout);
     assert!(direct.lines().all(|line| line.contains(" vcan0 ")), "a simulated robot's frames can be played on vcan0");
 }

@@ -5,5 +5,5 @@ use libfuzzer_sys::fuzz_target;
 use uarm_log::candump;
 
 fuzz_target!(|bytes: &[u8]| {
-    let _ = candump::read(bytes, candump::Interface::TheOnlyOne);
+    let _ = candump::read(bytes, candump::Interface::TheOnlyOne, |_| {});
 });

@@ -38,11 +38,9 @@ const SHOWN_CHARACTERS: usize = 60;
 /// The byte order mark of UTF-8.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
-/// Frames that were read.
+/// What a file told beside its frames.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Candump {
-    /// In the order of the file; instants are times of day, or since boot, as the file has them.
-    pub frames: Vec<FrameRecord>,
     /// Lines with frames that the drives' protocol does not use.
     pub left_out: usize,
     /// Lines that candump does not write: how many, and the first in words.
@@ -126,12 +124,19 @@ enum Line<'a> {
     LeftOut,
 }
 
-/// Reads a file.
+/// Reads a file and gives each frame of the interface that is wanted to `take`, in the order of the file, numbered from 0; instants
+/// are times of day, or since boot, as the file has them. Holds one line at a time.
 ///
 /// # Errors
-/// [`CandumpError`] if it cannot be read, or is not a file of candump, or not of one interface.
-pub fn read(input: impl BufRead, wanted: Interface<'_>) -> Result<Candump, CandumpError> {
+/// [`CandumpError`] if it cannot be read, or is not a file of candump, or not of one interface; frames that were given before belong
+/// to such a file.
+pub fn read(
+    input: impl BufRead,
+    wanted: Interface<'_>,
+    mut take: impl FnMut(FrameRecord),
+) -> Result<Candump, CandumpError> {
     let mut candump = Candump::default();
+    let mut sequence = 0_u32;
     let mut interfaces = BTreeMap::<String, usize>::new();
     for_each_line(input, |number, bytes| {
         let is_candump = number < LINES_WITHOUT_A_FRAME || !interfaces.is_empty() || candump.left_out > 0;
@@ -153,8 +158,8 @@ pub fn read(input: impl BufRead, wanted: Interface<'_>) -> Result<Candump, Candu
                     None => drop(interfaces.insert(interface.to_owned(), 1)),
                 }
                 if matches!(wanted, Interface::TheOnlyOne) || wanted == Interface::Named(interface) {
-                    let sequence = u32::try_from(candump.frames.len()).unwrap_or(u32::MAX);
-                    candump.frames.push(FrameRecord { sequence, direction: direction(&frame), frame, at });
+                    take(FrameRecord { sequence, direction: direction(&frame), frame, at });
+                    sequence = sequence.wrapping_add(1);
                 }
             }
             Some(Line::LeftOut) => candump.left_out += 1,
@@ -317,6 +322,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    /// Its frames, and what it told beside them.
+    fn read_all(input: &[u8], wanted: Interface<'_>) -> Result<(Vec<FrameRecord>, Candump), CandumpError> {
+        let mut frames = Vec::new();
+        let candump = read(input, wanted, |frame| frames.push(frame))?;
+        Ok((frames, candump))
+    }
+
     prop_compose! {
         fn any_frame()(
             id in 0..0x800_u16,
@@ -335,17 +347,17 @@ mod tests {
             }).collect();
             let mut text = Vec::new();
             write(&records, "can0", TimeAxis::with_offset(0), &mut text).unwrap();
-            let read = read(text.as_slice(), Interface::TheOnlyOne);
+            let read = read_all(text.as_slice(), Interface::TheOnlyOne);
             match read {
-                Ok(candump) => prop_assert_eq!(candump.frames, records),
+                Ok((frames, _)) => prop_assert_eq!(frames, records),
                 Err(error) => prop_assert!(records.is_empty(), "{error}"),
             }
         }
 
         #[test]
         fn no_text_makes_it_panic(text in "[-() .#_RT0-9A-Fa-f\\n]{0,60}", any in prop::collection::vec(any::<u8>(), 0..100)) {
-            let _ = read(text.as_bytes(), Interface::TheOnlyOne);
-            let _ = read(any.as_slice(), Interface::Named("can0"));
+            let _ = read_all(text.as_bytes(), Interface::TheOnlyOne);
+            let _ = read_all(any.as_slice(), Interface::Named("can0"));
         }
     }
 
@@ -358,9 +370,9 @@ mod tests {
             (1436509053.650713) can0 12345678#00\n\
             (1436509053.650713) can0 123##1112233\n\
             (1436509053.850870) vcan0 201#0F.00.10.27 R\n";
-        let candump = read(text.as_bytes(), Interface::TheOnlyOne).unwrap();
-        assert_eq!((candump.frames.len(), candump.left_out), (3, 3));
-        let [feedback, sync, command] = candump.frames.as_slice() else { panic!() };
+        let (frames, candump) = read_all(text.as_bytes(), Interface::TheOnlyOne).unwrap();
+        assert_eq!((frames.len(), candump.left_out), (3, 3));
+        let [feedback, sync, command] = frames.as_slice() else { panic!() };
         assert_eq!(feedback.at, Instant::from_nanoseconds(1_436_509_052_249_713_000));
         assert_eq!(feedback.direction, FrameDirection::Received);
         assert_eq!((sync.direction, sync.frame.data()), (FrameDirection::Sent, &[1][..]));
@@ -380,11 +392,11 @@ mod tests {
         ];
         for wrong in wrong_lines {
             let text = format!("(1.5) can0 181#00\n{wrong}\n(1.6) can0 181#01\n");
-            let candump = read(text.as_bytes(), Interface::TheOnlyOne).unwrap();
-            assert_eq!((candump.frames.len(), candump.left_out), (2, 0), "{wrong}");
+            let (frames, candump) = read_all(text.as_bytes(), Interface::TheOnlyOne).unwrap();
+            assert_eq!((frames.len(), candump.left_out), (2, 0), "{wrong}");
             let losses = format!("1 lines are none of candump's, or cut, and left out; the first: line 2: `{wrong}`");
             assert_eq!(candump.losses(), [losses]);
-            let error = read(format!("{wrong}\n").as_bytes(), Interface::TheOnlyOne).unwrap_err().to_string();
+            let error = read_all(format!("{wrong}\n").as_bytes(), Interface::TheOnlyOne).unwrap_err().to_string();
             assert!(
                 error.starts_with(&format!("line 1: `{wrong}`, expected a log of `uarm run`, or lines")),
                 "{error}"
@@ -395,7 +407,7 @@ mod tests {
     #[test]
     fn what_editors_and_tools_add_changes_nothing() {
         let plain = "(1.5) can0 181#0011223344556677\n(1.6) can0 080#01\n";
-        let expected = read(plain.as_bytes(), Interface::TheOnlyOne).unwrap();
+        let expected = read_all(plain.as_bytes(), Interface::TheOnlyOne).unwrap();
         for text in [
             plain.replace('\n', "\r\n"),
             format!("\u{feff}{plain}"),
@@ -403,7 +415,7 @@ mod tests {
             plain.replace("6677", "6677_9"),
             plain.replace("6677", "6677_F"),
         ] {
-            assert_eq!(read(text.as_bytes(), Interface::TheOnlyOne).unwrap(), expected, "{text}");
+            assert_eq!(read_all(text.as_bytes(), Interface::TheOnlyOne).unwrap(), expected, "{text}");
         }
     }
 
@@ -411,8 +423,9 @@ mod tests {
     #[test]
     fn a_last_line_without_an_end_is_left_out() {
         for cut in ["(1.6) can0 202#0F00FBFF", "(1.6) can0 202#0F00", "(1.6) can0 202#0F0", "(1.6) ca"] {
-            let candump = read(format!("(1.5) can0 181#00\n{cut}").as_bytes(), Interface::TheOnlyOne).unwrap();
-            assert_eq!(candump.frames.len(), 1, "{cut}");
+            let (frames, candump) =
+                read_all(format!("(1.5) can0 181#00\n{cut}").as_bytes(), Interface::TheOnlyOne).unwrap();
+            assert_eq!(frames.len(), 1, "{cut}");
             assert!(candump.losses()[0].contains("line 2: `(1.6)"), "{:?}", candump.losses());
         }
     }
@@ -425,8 +438,8 @@ mod tests {
             b"\n(1.6) can0 181#01\n(1.7) can0 18",
         ]
         .concat();
-        let candump = read(text.as_slice(), Interface::TheOnlyOne).unwrap();
-        assert_eq!(candump.frames.len(), 2);
+        let (frames, candump) = read_all(text.as_slice(), Interface::TheOnlyOne).unwrap();
+        assert_eq!(frames.len(), 2);
         let [unreadable, dropped] = candump.losses().try_into().unwrap();
         assert!(unreadable.starts_with("3 lines are none of candump's"), "{unreadable}");
         assert!(dropped.contains("line 2: `DROPCOUNT: dropped 3 CAN frames"), "{dropped}");
@@ -435,10 +448,10 @@ mod tests {
     #[test]
     fn interfaces_are_told_apart() {
         let text = "(1.5) can0 181#00\n(1.6) can1 181#01\n(1.7) can0 181#02\n";
-        let error = read(text.as_bytes(), Interface::TheOnlyOne).unwrap_err().to_string();
+        let error = read_all(text.as_bytes(), Interface::TheOnlyOne).unwrap_err().to_string();
         assert_eq!(error, "frames of several interfaces: can0 (2 frames), can1 (1 frames); expected those of one");
-        assert_eq!(read(text.as_bytes(), Interface::Named("can0")).unwrap().frames.len(), 2);
-        let error = read(text.as_bytes(), Interface::Named("can7")).unwrap_err().to_string();
+        assert_eq!(read_all(text.as_bytes(), Interface::Named("can0")).unwrap().0.len(), 2);
+        let error = read_all(text.as_bytes(), Interface::Named("can7")).unwrap_err().to_string();
         assert_eq!(error, "no frame of can7; there are those of can0 (2 frames), can1 (1 frames)");
     }
 }

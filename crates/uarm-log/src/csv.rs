@@ -13,7 +13,8 @@ use crate::signals::{Value, signals};
 pub const TIMING_COLUMNS: [&str; 5] = ["woke_ns", "sync_sent_ns", "counts_in_ns", "torque_out_ns", "done_ns"];
 
 /// Writes cycles, under a header that names the columns: `tick`, the [`signals`], the torques that drives reported, if any did,
-/// [`TIMING_COLUMNS`]. A torque that was not reported is an empty field.
+/// [`TIMING_COLUMNS`]. A torque that was not reported is an empty field, and so is what is no number: the residuals of a run whose
+/// supervision is off.
 ///
 /// # Errors
 /// If the output cannot be written.
@@ -59,6 +60,7 @@ pub fn write_row<const J: usize, const N: usize>(
     write!(output, "{}", record.tick)?;
     for signal in signals(record) {
         match signal.value {
+            Value::Number(number) if number.is_nan() => write!(output, ",")?,
             Value::Number(number) => write!(output, ",{number}")?,
             Value::Integer(integer) => write!(output, ",{integer}")?,
             Value::Flag(flag) => write!(output, ",{}", u8::from(flag))?,
@@ -120,6 +122,20 @@ mod tests {
         let value = |name: &str| rows[1][rows[0].iter().position(|column| *column == name).unwrap()];
         assert_eq!((value("tick"), value("time_s"), value("phi_2")), ("7", "0.1", "-2.5"));
         assert_eq!((value("limited_2"), value("limited_3")), ("0", "1"));
+    }
+
+    #[test]
+    fn residuals_that_nobody_computed_are_empty_fields() {
+        let record = CycleRecord::<3, 2> { unexplained: None, ..CycleRecord::default() };
+        let mut text = Vec::new();
+        write(&[record], &mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        let [header, row] = text.lines().collect::<Vec<_>>().try_into().unwrap();
+        let named = |name: &str| header.split(',').zip(row.split(',')).find(|(column, _)| *column == name).unwrap().1;
+        for name in ["residual_2_nm", "residual_3_nm", "residual_limit_2_nm", "residual_limit_3_nm"] {
+            assert_eq!(named(name), "", "{name}");
+        }
+        assert!(!row.contains("NaN"), "{row}");
     }
 
     /// Nobody must take a torque that was not reported for one of zero.

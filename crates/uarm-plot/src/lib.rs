@@ -28,12 +28,14 @@
 //! | module | subject |
 //! |---|---|
 //! | [`sheet`] | what a figure shows: panels, axes, curves, legend |
+//! | [`envelope`] | a long curve in bounded memory |
 //! | [`style`] | colours, dashes, line widths |
 //! | [`output`] | SVG and PNG documents and files |
 //! | [`error`] | what can go wrong |
 #![forbid(unsafe_code)]
 
 mod draw;
+pub mod envelope;
 pub mod error;
 pub mod output;
 mod polyline;

@@ -9,7 +9,8 @@ use ratatui::widgets::{Block, Paragraph, Row, Table, Widget};
 use super::snapshot::{JointRow, Snapshot};
 use super::state::{Life, State};
 use crate::inspection::chart::PanelChart;
-use crate::inspection::{health, panels, plain_text};
+use crate::inspection::panels::Plot;
+use crate::inspection::{health, plain_text};
 use crate::report::latency_table;
 use uarm_log::description::ClockKind;
 use uarm_log::time_axis::seconds_between;
@@ -121,8 +122,8 @@ impl<'a> Content<'a> {
             Part::Joints => self.joints(area, buffer),
             Part::Plots => {
                 let [left, right] = Layout::horizontal([Constraint::Fill(1); 2]).areas(area);
-                PanelChart(&panels::tracking_error(self.state.recent())).render(left, buffer);
-                PanelChart(&panels::torque(self.state.recent())).render(right, buffer);
+                PanelChart(&Plot::tracking_error().of(self.state.recent())).render(left, buffer);
+                PanelChart(&Plot::torque().of(self.state.recent())).render(right, buffer);
             }
             Part::Timing => self.timing(area, buffer),
             Part::Bus => paragraph(" Bus and drives ", &self.bus).render(area, buffer),
@@ -179,7 +180,7 @@ impl<'a> Content<'a> {
         let [left, right] = Layout::horizontal([Constraint::Length(TIMING_COLUMNS), Constraint::Fill(1)]).areas(area);
         paragraph(" Timing ", &self.timing).render(left, buffer);
         if self.snapshot.run.is_some_and(|run| run.clock == ClockKind::Monotonic) {
-            PanelChart(&panels::latencies(self.state.recent())).render(right, buffer);
+            PanelChart(&Plot::latencies().of(self.state.recent())).render(right, buffer);
         }
     }
 

@@ -1,5 +1,6 @@
 //! Both torques in one figure.
 
+use uarm_plot::envelope::Envelope;
 use uarm_plot::sheet::{Axis, Panel, Sheet, Symbol};
 
 use crate::dimensions::ACTIVE;
@@ -11,28 +12,47 @@ const SIZE: [u32; 2] = [1000, 640];
 /// About so many ticks on an axis.
 const TICKS: usize = 6;
 
-/// The recorded torques and the other's, joint by joint.
-pub fn chart(pairs: &[Pair<ACTIVE>], recorded: &str, other: &str, note: &str) -> Sheet {
-    Sheet {
-        name: "replay".into(),
-        title: format!("What {other} would have asked for where {recorded} was in control"),
-        note: note.to_owned(),
-        size: SIZE,
-        columns: 1,
-        legend: vec![
-            (format!("{recorded}, recorded"), Symbol::Line(RECORDED)),
-            (format!("{other}, replayed"), Symbol::Line(REPLAYED)),
-        ],
-        panels: [0, 1].map(|joint| panel(pairs, joint)).to_vec(),
-    }
+/// Both torques of each joint, gathered cycle by cycle in memory that does not grow with the run.
+#[derive(Debug, Default)]
+pub struct Torques {
+    joints: [[Envelope; 2]; ACTIVE],
+    /// Task time of the first and the last cycle, s.
+    times: Option<[f64; 2]>,
 }
 
-fn panel(pairs: &[Pair<ACTIVE>], joint: usize) -> Panel {
-    let pairs = || pairs.iter();
-    let times = pairs().map(|pair| pair.time);
-    let torques = pairs().flat_map(|pair| [pair.recorded[joint], pair.other[joint]]);
-    let title = format!("Joint {}: torque", joint + 2);
-    Panel::new(&title, Axis::covering("Time (s)", times, TICKS), Axis::covering("Torque (N\u{b7}m)", torques, TICKS))
-        .with(RECORDED, pairs().map(|pair| [pair.time, pair.recorded[joint]]))
-        .with(REPLAYED, pairs().map(|pair| [pair.time, pair.other[joint]]))
+impl Torques {
+    /// Takes the next cycle.
+    pub fn take(&mut self, pair: &Pair<ACTIVE>) {
+        self.times = Some([self.times.map_or(pair.time, |[first, _]| first), pair.time]);
+        for (joint, [recorded, other]) in self.joints.iter_mut().enumerate() {
+            recorded.take([pair.time, pair.recorded[joint]]);
+            other.take([pair.time, pair.other[joint]]);
+        }
+    }
+
+    /// The recorded torques and the other's, joint by joint.
+    pub fn chart(&self, recorded: &str, other: &str, note: &str) -> Sheet {
+        Sheet {
+            name: "replay".into(),
+            title: format!("What {other} would have asked for where {recorded} was in control"),
+            note: note.to_owned(),
+            size: SIZE,
+            columns: 1,
+            legend: vec![
+                (format!("{recorded}, recorded"), Symbol::Line(RECORDED)),
+                (format!("{other}, replayed"), Symbol::Line(REPLAYED)),
+            ],
+            panels: [0, 1].map(|joint| self.panel(joint)).to_vec(),
+        }
+    }
+
+    fn panel(&self, joint: usize) -> Panel {
+        let [recorded, other] = &self.joints[joint];
+        let torques = recorded.points().chain(other.points()).map(|[_, torque]| torque);
+        let x = Axis::covering("Time (s)", self.times.into_iter().flatten(), TICKS);
+        let y = Axis::covering("Torque (N\u{b7}m)", torques, TICKS);
+        Panel::new(format!("Joint {}: torque", joint + 2), x, y)
+            .with(RECORDED, recorded.points())
+            .with(REPLAYED, other.points())
+    }
 }

@@ -1,6 +1,7 @@
 //! `uarm replay`: a recorded run again, bit for bit; or another law on its measurements.
 
 mod arguments;
+mod bus_file;
 mod chart;
 mod exact;
 mod recorded;

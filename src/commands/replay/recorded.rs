@@ -3,28 +3,26 @@
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, bail, ensure};
 use hinf_control::{AdaptationGuard, Disturbance};
-use uarm_log::candump::{self, CandumpError, Interface};
 use uarm_log::description::Fields;
 use uarm_log::ordered::InOrder;
 use uarm_log::reader::Part;
 use uarm_log::records::MAGIC;
 use uarm_log::regular_file;
-use uarm_log::replay::bus_cycles::bus_cycles;
 use uarm_log::replay::exact::is_before;
-use uarm_log::replay::one_clock::{ClockStep, Regularity, on_one_clock};
-use uarm_log::replay::source::{Behind, ReplayError};
+use uarm_log::replay::one_clock::{ClockStep, Regularity};
+use uarm_log::replay::source::ReplayError;
 use uarm_log::replay::windows::Windows;
 use uarm_loop::choice::Choice;
 use uarm_loop::fault_code::FaultCode;
-use uarm_loop::recording::FrameRecord;
 use uarm_loop::robot::Protocol;
 use uarm_loop::schedule::OverrunPolicy;
 use uarm_loop::settings::Settings;
 use uarm_loop::torque::DisturbanceSite;
 
 use super::arguments::Arguments;
+use super::bus_file::{self, BusFile};
 use crate::dimensions::{ACTIVE, JOINTS, OrderedLog};
 use crate::report::FAULT_CODE;
 use crate::robot::Robot;
@@ -55,8 +53,8 @@ pub struct Recorded {
 pub enum Records {
     /// In a log, which is read in windows.
     Log(OrderedLog),
-    /// In memory: those of a candump file.
-    Frames(Vec<FrameRecord>),
+    /// In a file of candump, which is read in windows as well.
+    Bus(BusFile),
 }
 
 impl Recorded {
@@ -70,17 +68,15 @@ impl Recorded {
         let Self { robot, settings, records, fault, .. } = self;
         let (robot, fault) = (&robot.description, fault.as_deref());
         match records {
-            Records::Frames(frames) => {
-                let bus = bus_cycles(frames, robot.nodes());
-                each(&Source {
-                    robot,
-                    settings,
-                    bus: &bus,
-                    records: &[],
-                    keyframes: &[],
-                    fault,
-                    behind: Behind::Nothing,
+            Records::Bus(file) => {
+                let mut windows = Windows::of_bus(robot, settings, file.largest_counter);
+                let mut given = Ok(());
+                file.each_frame(&mut |frame| {
+                    if given.is_ok() {
+                        given = windows.take(InOrder::Frame(&frame), each);
+                    }
                 })?;
+                given.and_then(|()| windows.finish(each))?;
             }
             Records::Log(log) => {
                 let mut windows = Windows::new(robot, settings, fault);
@@ -159,12 +155,9 @@ fn read_any(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
             clock_steps: Vec::new(),
         });
     }
-    let wanted = arguments.interface.as_deref().map_or(Interface::TheOnlyOne, Interface::Named);
-    let mut candump = candump::read(input, wanted).map_err(|error| match error {
-        CandumpError::Interfaces(_) => anyhow!("{}: {error}: name it with --interface", path.display()),
-        error => anyhow!("{}: {error}", path.display()),
-    })?;
+    let interface = arguments.interface.as_deref();
     let Some(law) = arguments.controller else {
+        bus_file::read(path, interface, |_| {})?;
         bail!("{}: a candump file does not say which controller ran: name it with --controller", path.display());
     };
     ensure!(arguments.from.is_none(), "--from needs keyframes, which a candump file has not");
@@ -183,19 +176,18 @@ fn read_any(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
         period: robot.description.period.duration(),
         longest_pause: robot.description.bus.controller_timeout,
     };
-    let clock_steps = on_one_clock(&mut candump.frames, regularity);
-    let damage = candump.losses();
+    let (file, survey) = BusFile::survey(path, interface, regularity)?;
     let name = law.name().to_owned();
     Ok(Recorded {
         name,
         robot,
         settings,
-        records: Records::Frames(candump.frames),
+        records: Records::Bus(file),
         fault: None,
         other_build: None,
         part: Part::default(),
-        damage,
-        clock_steps,
+        damage: survey.candump.losses(),
+        clock_steps: survey.clock_steps,
     })
 }
 

@@ -9,7 +9,7 @@ use uarm_log::replay::what_if::{TorqueSummary, WhatIfRun};
 use uarm_loop::settings::Settings;
 
 use super::arguments::Arguments;
-use super::chart::chart;
+use super::chart::Torques;
 use super::recorded::Recorded;
 use super::report::{Report, WhatIfReport, print_recording};
 use crate::console;
@@ -49,13 +49,11 @@ pub fn what_if(
         Settings { law, guard: arguments.adaptation.unwrap_or(recorded.settings.guard), ..recorded.settings };
     let mut controller = robot.controller(law, settings.guard)?;
     let mut run = WhatIfRun::new(&robot.description, &settings, &mut controller).with_context(|| file.to_owned())?;
-    // Only a figure needs all of them.
-    let mut drawn = Vec::new();
+    let mut torques = Torques::default();
     let mut go = |each: &mut dyn FnMut(&Pair)| {
-        let draws = arguments.plot.is_some();
         let mut take = |pair| {
             each(&pair);
-            drawn.extend(draws.then_some(pair));
+            torques.take(&pair);
         };
         recorded.each_window(&mut |source| run.window(source, &mut take))
     };
@@ -69,7 +67,7 @@ pub fn what_if(
         None => law.name().to_owned(),
     };
     if let Some(figure) = &arguments.plot {
-        let bytes = figure.render(&chart(&drawn, &recorded.name, &other_name, file)).context("--plot")?;
+        let bytes = figure.render(&torques.chart(&recorded.name, &other_name, file)).context("--plot")?;
         outputs.write(figure.path(), |output| output.write_all(&bytes)).context("--plot")?;
     }
     if arguments.json {

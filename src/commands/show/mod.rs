@@ -11,14 +11,17 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::error::ErrorKind;
 use uarm_plot::output::FigureFile;
+use uarm_plot::sheet::Sheet;
 
 use uarm_log::ordered::InOrder;
+use uarm_log::reader::ReadError;
 use uarm_log::{candump, csv};
 
 use crate::console;
 use crate::dimensions::{ACTIVE, JOINTS, OrderedLog, RunLog};
 use crate::exit::Exit;
-use crate::inspection::{chart, panels, plain_text};
+use crate::inspection::panels::RunPlots;
+use crate::inspection::{chart, plain_text};
 use crate::log_files;
 use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
@@ -112,6 +115,13 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let (tally, told) = Tally::of(&mut log, &robot)?;
     let summary = Summary::of(&told, &tally, &robot);
     export(arguments, &mut log, &told, &tally, &outputs)?;
+    let sheet = if arguments.plot || !arguments.figure.is_empty() { Some(sheet(&mut log, &told)?) } else { None };
+    if let Some(sheet) = &sheet {
+        for figure in &arguments.figure {
+            let bytes = figure.render(sheet).context("--figure")?;
+            outputs.write(figure.path(), |output| output.write_all(&bytes)).context("--figure")?;
+        }
+    }
     let mut output = console::output();
     if standard_output_is_taken {
         for loss in &summary.report.losses {
@@ -122,8 +132,8 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     } else {
         print::print(&summary, &mut output)?;
     }
-    if arguments.plot {
-        output.write_all(chart::plain(&panels::sheet(&RunLog::read(&path)?), plain_text::columns()).as_bytes())?;
+    if let Some(sheet) = sheet.filter(|_| arguments.plot) {
+        output.write_all(chart::plain(&sheet, plain_text::columns()).as_bytes())?;
     }
     let exit = if summary.is_whole() { Exit::Ok } else { Exit::Loss };
     Ok(exit.into())
@@ -168,15 +178,18 @@ fn export(
         };
         destination.write(outputs, write).context("--candump")?;
     }
-    if !arguments.figure.is_empty() {
-        // A figure needs to know how much is to be drawn.
-        let sheet = panels::sheet(&RunLog::read(&told.path)?);
-        for figure in &arguments.figure {
-            let bytes = figure.render(&sheet).context("--figure")?;
-            outputs.write(figure.path(), |output| output.write_all(&bytes)).context("--figure")?;
-        }
-    }
     Ok(())
+}
+
+/// The plots, in a pass of their own: which part of them is marked is only known at the end of a log.
+fn sheet(log: &mut OrderedLog, told: &RunLog) -> Result<Sheet, ReadError> {
+    let take = |plots: &mut RunPlots, record: InOrder<'_, JOINTS, ACTIVE>| {
+        if let InOrder::Cycle(record) = record {
+            plots.take(record);
+        }
+    };
+    let (plots, _) = log.pass(|| RunPlots::new(told), take)?;
+    Ok(plots.sheet(told))
 }
 
 fn write_csv(log: &mut OrderedLog, tally: &Tally, mut output: &mut dyn Write) -> io::Result<()> {

@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 use csv::{ErrorKind, ReaderBuilder, StringRecord};
 use hinf_control::TrackingError;
 use nalgebra::Vector2;
+use uarm_log::ordered::InOrder;
 use uarm_log::reader::ReadError;
 use uarm_log::records::MAGIC;
 use uarm_log::regular_file;
 
-use crate::dimensions::{CycleRecord, RunLog};
+use crate::dimensions::{ACTIVE, CycleRecord, JOINTS, OrderedLog};
 
 /// One cycle of joints 2 and 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,39 +105,58 @@ const COLUMNS: [&str; 14] = [
     "limited_3",
 ];
 
-/// Reads a log or a CSV file.
+/// Reads a log or a CSV file, cycle by cycle, and gives each to `take` with a value that `start` makes; where a log holds late
+/// records it is gone through twice, with another value. Gives that value.
 ///
 /// # Errors
-/// [`PointsError`] names file, place, what was found and what was expected.
-pub fn read(file: &Path) -> Result<Vec<Point>, PointsError> {
+/// [`PointsError`] names file, place, what was found and what was expected; or the first error of `take`.
+pub fn read<V, E: From<PointsError>>(
+    file: &Path,
+    start: impl Fn() -> V,
+    mut take: impl FnMut(&mut V, &Point) -> Result<(), E>,
+) -> Result<V, E> {
     let read_error = |source| PointsError::Read { file: file.to_owned(), source };
     let mut input = BufReader::with_capacity(MOST_HEADER_BYTES, regular_file::open(file).map_err(read_error)?);
     let beginning = input.fill_buf().map_err(read_error)?;
     if beginning.starts_with(&MAGIC) {
-        return from_log(file, input);
+        return from_log(file, start, take);
     }
     // A line without an end would be held in memory.
     if beginning.len() == MOST_HEADER_BYTES && !beginning.contains(&b'\n') {
-        return Err(PointsError::Line {
+        return Err(E::from(PointsError::Line {
             file: file.to_owned(),
             line: 1,
             found: format!("more than {MOST_HEADER_BYTES} bytes without an end of line"),
             expected: "a log, or a CSV file that uarm show --csv writes".to_owned(),
-        });
+        }));
     }
-    from_csv(file, input)
+    let mut value = start();
+    from_csv(file, input, |point| take(&mut value, point))?;
+    Ok(value)
 }
 
-fn from_log(file: &Path, input: impl Read) -> Result<Vec<Point>, PointsError> {
-    let log = RunLog::read_from(input, file)?;
-    let damaged = |found: &str| PointsError::Damaged { file: file.to_owned(), found: found.to_owned() };
-    if let Some(damage) = log.damage.first() {
-        return Err(damaged(damage));
+fn from_log<V, E: From<PointsError>>(
+    file: &Path,
+    start: impl Fn() -> V,
+    mut take: impl FnMut(&mut V, &Point) -> Result<(), E>,
+) -> Result<V, E> {
+    let mut log = OrderedLog::new(file);
+    let each = |(cycles, value): &mut (u64, Result<V, E>), record: InOrder<'_, JOINTS, ACTIVE>| {
+        let InOrder::Cycle(record) = record else { return };
+        *cycles += 1;
+        if let Ok(taken) = value
+            && let Err(error) = take(taken, &Point::from(record))
+        {
+            *value = Err(error);
+        }
+    };
+    let ((cycles, value), told) = log.pass(|| (0, Ok(start())), each).map_err(PointsError::from)?;
+    let damaged = |found: &str| E::from(PointsError::Damaged { file: file.to_owned(), found: found.to_owned() });
+    match told.damage.first() {
+        Some(damage) => Err(damaged(damage)),
+        None if cycles == 0 => Err(damaged("no cycles")),
+        None => value,
     }
-    if log.cycles.is_empty() {
-        return Err(damaged("no cycles"));
-    }
-    Ok(log.cycles.iter().map(Point::from).collect())
 }
 
 impl From<&CycleRecord> for Point {
@@ -151,11 +171,15 @@ impl From<&CycleRecord> for Point {
     }
 }
 
-/// Reads a CSV file from `input`; `file` is what messages call it.
+/// Reads a CSV file from `input`, line by line, and gives each cycle to `take`; `file` is what messages call it.
 ///
 /// # Errors
 /// As [`read`].
-pub fn from_csv(file: &Path, input: impl Read) -> Result<Vec<Point>, PointsError> {
+pub fn from_csv<E: From<PointsError>>(
+    file: &Path,
+    input: impl Read,
+    mut take: impl FnMut(&Point) -> Result<(), E>,
+) -> Result<(), E> {
     let refuse = |line: u64, found: &str, expected: &str| PointsError::Line {
         file: file.to_owned(),
         line,
@@ -180,7 +204,7 @@ pub fn from_csv(file: &Path, input: impl Read) -> Result<Vec<Point>, PointsError
             refuse(1, &format!("no column {name}"), "the header of a file that uarm show --csv writes")
         })?;
     }
-    let mut points = Vec::new();
+    let mut is_empty = true;
     for record in reader.records() {
         let record: StringRecord = record.map_err(malformed)?;
         let line = record.position().map_or(1, csv::Position::line);
@@ -193,9 +217,10 @@ pub fn from_csv(file: &Path, input: impl Read) -> Result<Vec<Point>, PointsError
                 .filter(|value: &f64| value.is_finite())
                 .ok_or_else(|| refuse(line, &format!("{name} = {text:?}"), "a finite number"))?;
         }
-        points.push(point(line, values));
+        take(&point(line, values))?;
+        is_empty = false;
     }
-    if points.is_empty() { Err(refuse(2, "nothing", "a row for each cycle of a run")) } else { Ok(points) }
+    if is_empty { Err(E::from(refuse(2, "nothing", "a row for each cycle of a run"))) } else { Ok(()) }
 }
 
 fn point(line: u64, values: [f64; COLUMNS.len()]) -> Point {
@@ -224,8 +249,14 @@ mod tests {
 
     use super::*;
 
-    fn parsed(text: &str) -> Result<Vec<Point>, String> {
-        from_csv(Path::new("run.csv"), text.as_bytes()).map_err(|error| error.to_string())
+    fn parsed(text: impl AsRef<[u8]>) -> Result<Vec<Point>, String> {
+        let mut points = Vec::new();
+        let take = |point: &Point| {
+            points.push(*point);
+            Ok::<(), PointsError>(())
+        };
+        from_csv(Path::new("run.csv"), text.as_ref(), take).map_err(|error| error.to_string())?;
+        Ok(points)
     }
 
     #[test]
@@ -262,22 +293,20 @@ mod tests {
             assert!(found.contains(message), "{found}");
         }
         let bytes = [header.as_bytes(), b"\n", row.as_bytes(), b"\nb\xff\n"].concat();
-        let found = from_csv(Path::new("run.csv"), bytes.as_slice()).unwrap_err().to_string();
+        let found = parsed(bytes).unwrap_err();
         assert!(found.starts_with("run.csv, line 3: "), "{found}");
     }
 
     proptest! {
         #[test]
         fn no_bytes_make_it_panic(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-            let _ = from_csv(Path::new("x"), bytes.as_slice());
-            let _ = from_log(Path::new("x"), [&MAGIC, bytes.as_slice()].concat().as_slice());
-            let with_header = [COLUMNS.join(",").as_bytes(), b"\n", &bytes].concat();
-            let _ = from_csv(Path::new("x"), with_header.as_slice());
+            let _ = parsed(&bytes);
+            let _ = parsed([COLUMNS.join(",").as_bytes(), b"\n", &bytes].concat());
         }
 
         #[test]
         fn no_row_makes_it_panic(row in "[-+0-9.eEinfNa,\n]{0,200}") {
-            if let Ok(points) = parsed(&format!("{}\n{row}", COLUMNS.join(","))) {
+            if let Ok(points) = parsed(format!("{}\n{row}", COLUMNS.join(","))) {
                 prop_assert!(points.iter().all(|point| point.torque_applied.iter().all(|torque| torque.is_finite())));
             }
         }

@@ -22,6 +22,9 @@ use crate::robot::Robot;
 /// How far the recorded u may be from u of the law, relative to 1: rounding, many times over.
 const INPUT_TOLERANCE: f64 = 1e-6;
 
+/// The most samples: a training holds all of them, with about 300 bytes for each. A run at 3 ms gives 667 a second.
+const MOST_SAMPLES: usize = 4_000_000;
+
 /// Samples that cannot be had.
 #[derive(Debug, thiserror::Error)]
 pub enum SampleError {
@@ -64,43 +67,58 @@ pub enum SampleError {
         /// The law that was expected.
         law: &'static str,
     },
+    /// More samples than a training holds.
+    #[error(
+        "{}, {place}: more than {MOST_SAMPLES} samples with this cycle: expected at most so many in all recorded runs, which is 100 \
+         minutes at 3 ms; a training holds all of them", file.display()
+    )]
+    TooMany {
+        /// The recorded run.
+        file: PathBuf,
+        /// Where it stands there.
+        place: Place,
+    },
     /// Too few samples, or values beyond reason.
     #[error("the recorded runs: {0}")]
     Data(#[from] AnfisError),
 }
 
-/// The samples of several recorded runs of `law` with the weights of `robot`.
+/// One sample: velocity and position error, deg/s and deg, and the target, N m.
+type Sample = ([f64; 2], f64);
+
+/// The samples of several recorded runs of `law` with the weights of `robot`. The runs are read cycle by cycle; the samples are held.
 ///
 /// # Errors
 /// [`SampleError`].
 pub fn samples(runs: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
-    let read = |file: &PathBuf| Ok((file.clone(), points::read(file)?));
-    let runs = runs.iter().map(read).collect::<Result<Vec<_>, SampleError>>()?;
-    from_points(&runs, law, robot)
-}
-
-/// The samples of runs that have been read.
-///
-/// # Errors
-/// [`SampleError`].
-pub fn from_points(runs: &[(PathBuf, Vec<Point>)], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
     if robot.file.controllers.state_weights(law).is_none() {
         return Err(SampleError::Law { law });
     }
     let synthesis = Synthesis::new(&robot.file.controllers.weights(law))
         .map_err(|source| SampleError::Weights { law: law.name(), source })?;
-    let mut samples = Vec::new();
-    for (file, points) in runs {
-        for point in points {
+    let mut samples: Vec<Sample> = Vec::new();
+    for file in runs {
+        let before = samples.len();
+        let take = |of_run: &mut Vec<Sample>, point: &Point| {
             check_input(file, point, law, &synthesis)?;
-            let rest = point.torque_applied - synthesis.feedback_torque(&point.error);
-            for joint in (0..2).filter(|joint| !point.limited[*joint]) {
-                let inputs = [point.error.velocity[joint].to_degrees(), point.error.position[joint].to_degrees()];
-                samples.push((inputs, rest[joint]));
+            of_run.extend(samples_of(point, &synthesis));
+            if before + of_run.len() > MOST_SAMPLES {
+                return Err(SampleError::TooMany { file: file.clone(), place: point.place });
             }
-        }
+            Ok(())
+        };
+        samples.extend(points::read(file, Vec::new, take)?);
     }
     Ok(DataSet::new(samples)?)
+}
+
+/// The samples of one cycle: none of a joint whose torque was cut.
+fn samples_of(point: &Point, synthesis: &Synthesis<f64>) -> impl Iterator<Item = Sample> + use<> {
+    let Point { error, limited, .. } = *point;
+    let rest = point.torque_applied - synthesis.feedback_torque(&error);
+    (0..2)
+        .filter(move |joint| !limited[*joint])
+        .map(move |joint| ([error.velocity[joint].to_degrees(), error.position[joint].to_degrees()], rest[joint]))
 }
 
 fn check_input(file: &Path, point: &Point, law: Law, synthesis: &Synthesis<f64>) -> Result<(), SampleError> {

@@ -145,6 +145,8 @@ pub struct ExactRun<'a, const J: usize, const N: usize> {
     position: Position,
     /// The previous cycle on the bus.
     previous: Option<(u64, Instant)>,
+    /// Cycles that count as lost since the last one that the loop went through: behind the end of the run they are none.
+    unanswered: u64,
     outcome: ExactReplay,
 }
 
@@ -164,6 +166,7 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
             begin: Some(begin),
             position: Position::Lost,
             previous: None,
+            unanswered: 0,
             outcome: ExactReplay::default(),
         })
     }
@@ -189,6 +192,9 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
             Behind::Nothing => source.bus.iter().rposition(|cycle| source.counts(cycle).is_some()),
             Behind::More => source.bus.len().checked_sub(1),
         };
+        if last_answered.is_none() {
+            self.outcome.lost_cycles -= std::mem::take(&mut self.unanswered);
+        }
         for (index, cycle) in source.bus.iter().enumerate() {
             if Some(index) > last_answered {
                 break;
@@ -252,12 +258,17 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
             }
             Position::Lost | Position::Ended => {}
         }
-        match (self.position, source.counts(cycle)) {
-            (Position::After(_), Some(counts)) => self.step(source, cycle, &tick, counts),
+        let counts = source.counts(cycle);
+        match (self.position, counts) {
+            (Position::After(_), Some(counts)) => {
+                self.unanswered = 0;
+                self.step(source, cycle, &tick, counts);
+            }
             // The live loop took in a count that is missing here.
             (Position::After(_) | Position::Lost, None) | (Position::Lost, _) => {
                 self.position = Position::Lost;
                 self.outcome.lost_cycles += 1;
+                self.unanswered = if counts.is_none() { self.unanswered + 1 } else { 0 };
                 self.resume(source, tick.index)?;
             }
             (Position::Ended, _) => {}
@@ -334,6 +345,7 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
         let full = self.path.step(tick, cycle.sync_at, counts, period, Authority::Full);
         let ramp = self.path.torque.fade.ramp().duration() + 2 * period.duration();
         let may_fade = source.records.is_empty()
+            && source.behind == Behind::Nothing
             && source.bus.last().is_some_and(|last| last.sync_at.since(cycle.sync_at) <= ramp)
             && cycle.sent.iter().any(Option::is_some);
         let Ok(signals) = &full else { return full };

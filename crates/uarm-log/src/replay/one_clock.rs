@@ -28,28 +28,63 @@ const TOLD_NS: i128 = 1_000_000;
 /// Share of a period by which a SYNC may be early or late.
 const JITTER: f64 = 0.1;
 
-/// Takes the steps of the clock out of the instants, and gives them. Without a SYNC counter only steps back can be seen:
+/// A SYNC whose next one does not come within so many frames is taken for the last: a bus of 1 Mbit/s carries no more in two seconds.
+const MOST_HELD: usize = 1 << 16;
+
+/// Takes the steps of the clock out of instants of frames that come one by one. Without a SYNC counter only steps back can be seen:
 /// otherwise the time decides.
-pub fn on_one_clock(frames: &mut [FrameRecord], regularity: Regularity) -> Vec<ClockStep> {
-    let Some(first) = frames.first().map(|frame| frame.at) else { return Vec::new() };
-    let raw_syncs: Vec<(usize, i128)> = (frames.iter().enumerate())
-        .filter(|(_, frame)| is_sync(frame))
-        .map(|(index, frame)| (index, i128::from(frame.at.nanoseconds())))
-        .collect();
-    let mut pass = Pass { regularity, shift: 0, latest: i128::MIN, previous: None, steps: Vec::new() };
-    let mut syncs = 0;
-    for (index, frame) in frames.iter_mut().enumerate() {
-        let next = raw_syncs.get(syncs + 1).map(|(_, at)| *at);
-        syncs += usize::from(raw_syncs.get(syncs).is_some_and(|(sync, _)| *sync == index));
-        pass.frame(frame, next, first);
+#[derive(Debug)]
+pub struct OneClock {
+    pass: Pass,
+    /// The instant of the first frame.
+    first: Option<Instant>,
+    /// The newest SYNC and what followed it: the next SYNC tells whether the clock was set.
+    held: Vec<FrameRecord>,
+}
+
+impl OneClock {
+    /// No frame yet.
+    pub const fn new(regularity: Regularity) -> Self {
+        let pass = Pass { regularity, shift: 0, latest: i128::MIN, previous: None, steps: Vec::new() };
+        Self { pass, first: None, held: Vec::new() }
     }
-    pass.steps
+
+    /// Takes the next frame, and gives those that are complete, in their order.
+    pub fn take(&mut self, frame: FrameRecord, give: &mut dyn FnMut(FrameRecord)) {
+        self.first.get_or_insert(frame.at);
+        if is_sync(&frame) {
+            self.give(Some(i128::from(frame.at.nanoseconds())), give);
+        } else if self.held.len() == MOST_HELD {
+            self.give(None, give);
+        }
+        self.held.push(frame);
+        // What is not behind a SYNC waits for none.
+        if !self.held.first().is_some_and(is_sync) {
+            self.give(None, give);
+        }
+    }
+
+    /// Gives the frames that are left, and the steps.
+    pub fn finish(mut self, give: &mut dyn FnMut(FrameRecord)) -> Vec<ClockStep> {
+        self.give(None, give);
+        self.pass.steps
+    }
+
+    /// Gives what is held; `next_sync` is the instant of the SYNC behind it, as it was stamped.
+    fn give(&mut self, next_sync: Option<i128>, give: &mut dyn FnMut(FrameRecord)) {
+        let Some(first) = self.first else { return };
+        for mut frame in self.held.drain(..) {
+            self.pass.frame(&mut frame, next_sync, first);
+            give(frame);
+        }
+    }
 }
 
 fn is_sync(frame: &FrameRecord) -> bool {
     Channel::of(frame.frame.id()) == Some(Channel::Sync)
 }
 
+#[derive(Debug)]
 struct Pass {
     regularity: Regularity,
     /// What is added to each instant, ns.
@@ -131,10 +166,17 @@ mod tests {
         syncs.iter().flat_map(cycle).collect()
     }
 
+    /// All frames on one clock, and the steps.
+    fn on_one_clock(frames: &[FrameRecord]) -> (Vec<FrameRecord>, Vec<ClockStep>) {
+        let (mut clock, mut given) = (OneClock::new(REGULARITY), Vec::new());
+        frames.iter().for_each(|frame| clock.take(*frame, &mut |frame| given.push(frame)));
+        let steps = clock.finish(&mut |frame| given.push(frame));
+        (given, steps)
+    }
+
     /// SYNCs on one clock, ms, and the steps, ms.
     fn one_clock(syncs: &[(f64, u8)]) -> (Vec<f64>, Vec<f64>) {
-        let mut frames = frames(syncs);
-        let steps = on_one_clock(&mut frames, REGULARITY);
+        let (frames, steps) = on_one_clock(&frames(syncs));
         let milliseconds = |frame: &FrameRecord| frame.at.nanoseconds() as f64 * 1e-6;
         let syncs = frames.iter().filter(|frame| is_sync(frame)).map(milliseconds).collect();
         (syncs, steps.iter().map(|step| (step.by_s * 1e6).round() / 1e3).collect())
@@ -174,8 +216,6 @@ mod tests {
         for frame in frames.iter_mut().filter(|frame| is_sync(frame)) {
             frame.frame = Frame::new(StandardId::new(0x080).unwrap(), &[]).unwrap();
         }
-        let before: Vec<_> = frames.iter().map(|frame| frame.at).collect();
-        assert_eq!(on_one_clock(&mut frames, REGULARITY), []);
-        assert_eq!(frames.iter().map(|frame| frame.at).collect::<Vec<_>>(), before);
+        assert_eq!(on_one_clock(&frames), (frames, Vec::new()));
     }
 }

@@ -18,17 +18,34 @@ pub struct Windows<'a, const J: usize, const N: usize> {
     robot: &'a Robot<J, N>,
     settings: &'a Settings,
     fault: Option<&'a str>,
+    recorded: Recorded,
     cutter: BusCutter<J>,
     bus: Vec<BusCycle<J>>,
     records: Vec<CycleRecord<J, N>>,
     keyframes: Vec<LoggedKeyframe<J, N>>,
 }
 
+/// What was recorded of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Recorded {
+    /// Frames, cycles and keyframes.
+    Log,
+    /// Frames alone.
+    Bus,
+}
+
 impl<'a, const J: usize, const N: usize> Windows<'a, J, N> {
     /// Of a run of `robot` that failed of `fault`, if it did.
     pub fn new(robot: &'a Robot<J, N>, settings: &'a Settings, fault: Option<&'a str>) -> Self {
         let cutter = BusCutter::new(robot.nodes(), SYNC_COUNTER_OVERFLOW);
-        Self { robot, settings, fault, cutter, bus: Vec::new(), records: Vec::new(), keyframes: Vec::new() }
+        let (bus, records, keyframes) = (Vec::new(), Vec::new(), Vec::new());
+        Self { robot, settings, fault, recorded: Recorded::Log, cutter, bus, records, keyframes }
+    }
+
+    /// Of a run of which only frames were recorded, whose SYNC counter begins again behind `largest`.
+    pub fn of_bus(robot: &'a Robot<J, N>, settings: &'a Settings, largest: u8) -> Self {
+        let cutter = BusCutter::new(robot.nodes(), largest);
+        Self { recorded: Recorded::Bus, cutter, ..Self::new(robot, settings, None) }
     }
 
     /// Takes the next record, and gives the next window to `each` once it is there.
@@ -53,10 +70,20 @@ impl<'a, const J: usize, const N: usize> Windows<'a, J, N> {
         Ok(())
     }
 
-    /// A cycle is complete when a later one was recorded: then its own record was, too, and the keyframe behind it.
+    /// How many cycles are complete: of a log those before one that was recorded, since then their own records were, too, and the
+    /// keyframes behind them. Of the bus alone all but half a window: what is near the end is judged otherwise.
+    fn complete(&self) -> usize {
+        match (self.recorded, self.records.last()) {
+            (Recorded::Bus, _) => self.bus.len().saturating_sub(WINDOW / 2),
+            (Recorded::Log, Some(newest)) if !self.keyframes.is_empty() => {
+                self.bus.partition_point(|cycle| cycle.sync_at < newest.instants.sync_sent)
+            }
+            (Recorded::Log, _) => 0,
+        }
+    }
+
     fn give_what_is_complete<E>(&mut self, each: &mut dyn FnMut(&Source<'_, J, N>) -> Result<(), E>) -> Result<(), E> {
-        let (Some(newest), false) = (self.records.last(), self.keyframes.is_empty()) else { return Ok(()) };
-        let complete = self.bus.partition_point(|cycle| cycle.sync_at < newest.instants.sync_sent);
+        let complete = self.complete();
         if complete < WINDOW / 2 {
             return Ok(());
         }

@@ -64,6 +64,20 @@ fn a_recording_of_the_bus_alone_may_end_with_a_fault_but_not_go_on_behind_it() {
     assert_eq!((outcome.is_equal(), outcome.fault_reproduced), (false, Some(false)));
 }
 
+/// Where one state differs, all that follow do.
+#[test]
+fn keyframes_that_differ_are_counted_and_told_once() {
+    let mut run = run(12);
+    for (_, keyframe) in &mut run.keyframes[1..] {
+        keyframe.torque_applied.x += 1e-9;
+    }
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.keyframes, outcome.differing_keyframes), (2, 2));
+    let told: Vec<_> = outcome.differences.iter().map(|difference| (difference.tick, &difference.signal)).collect();
+    assert_eq!(told, [(4, &"inner state equals the keyframe".to_owned())]);
+    assert!(!outcome.is_equal());
+}
+
 #[test]
 fn a_killed_run_ends_with_its_last_record() {
     let mut run = run(6);
