@@ -318,7 +318,7 @@ fn an_experiment_that_fails_is_listed_and_the_others_are_made() {
     };
     let (code, told, csv) = compare(&["--repeat", "2"]);
     assert_eq!(code, 3, "{told}");
-    assert!(told.contains("2 experiments did not come to their end"), "{told}");
+    assert!(told.contains("2 experiments did not come to the end"), "{told}");
     assert!(told.contains("nonlinear, experiment 2: joint ") && told.contains("tracking error"), "{told}");
     assert!(told.contains("\n  neural "), "{told}");
     let failures: Vec<_> = csv.lines().filter(|line| line.starts_with("nonlinear,paper,")).collect();

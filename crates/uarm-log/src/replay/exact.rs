@@ -150,6 +150,11 @@ pub struct ExactRun<'a, const J: usize, const N: usize> {
     outcome: ExactReplay,
 }
 
+/// Whether what follows the last SYNC is the stop that ended the run, with torque 0.
+fn is_stop<const J: usize, const N: usize>(source: &Source<'_, J, N>, cycle: &BusCycle<J>) -> bool {
+    source.is_last(cycle) && cycle.sent.iter().all(|sent| sent.unwrap_or(0) == 0)
+}
+
 impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
     /// A replay of a run of `robot` with `controller`, which must be the run's, in its initial state.
     ///
@@ -325,8 +330,8 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
         }
     }
 
-    /// The signals of a cycle. Where only the bus was recorded, nothing says that somebody asked for the end, but that near the end of
-    /// the recording the torques are those of the ramp.
+    /// The signals of a cycle. Where only the bus was recorded, nothing says that somebody asked for the end, but that the torques from
+    /// there on are those of the ramp, and not those of a run that goes on.
     fn signals(
         &mut self,
         source: &Source<'_, J, N>,
@@ -338,30 +343,55 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
         if let Some(record) = source.record(cycle.sync_at) {
             return self.path.step(tick, cycle.sync_at, counts, period, record.authority);
         }
-        if self.outcome.faded_from.is_some() {
-            return self.path.step(tick, cycle.sync_at, counts, period, Authority::Fading);
-        }
-        let before = self.path.freeze();
-        let full = self.path.step(tick, cycle.sync_at, counts, period, Authority::Full);
         let ramp = self.path.torque.fade.ramp().duration() + 2 * period.duration();
         let may_fade = source.records.is_empty()
             && source.behind == Behind::Nothing
-            && source.bus.last().is_some_and(|last| last.sync_at.since(cycle.sync_at) <= ramp)
-            && cycle.sent.iter().any(Option::is_some);
-        let Ok(signals) = &full else { return full };
-        if !may_fade || self.has_sent(cycle, signals) || self.path.thaw(&before).is_err() {
-            return full;
-        }
-        let fading = self.path.step(tick, cycle.sync_at, counts, period, Authority::Fading);
-        if let Ok(signals) = &fading
-            && self.has_sent(cycle, signals)
-        {
+            && source.bus.last().is_some_and(|last| last.sync_at.since(cycle.sync_at) <= ramp);
+        let has_begun = self.outcome.faded_from.is_some();
+        let fades = has_begun
+            || may_fade
+                && !self.would_send(source, cycle, tick, Authority::Full)
+                && self.would_send(source, cycle, tick, Authority::Fading);
+        let authority = if fades { Authority::Fading } else { Authority::Full };
+        let signals = self.path.step(tick, cycle.sync_at, counts, period, authority)?;
+        if fades && !has_begun {
             self.outcome.faded_from = Some(signals.time);
-            return fading;
+        }
+        Ok(signals)
+    }
+
+    /// Whether the torques from a cycle to the end of the recording are those of a path that goes on from here with this `authority`. A
+    /// single cycle does not tell: the ramp's first torques may be rounded to those without it.
+    fn would_send(
+        &mut self,
+        source: &Source<'_, J, N>,
+        cycle: &BusCycle<J>,
+        tick: &Tick,
+        authority: Authority,
+    ) -> bool {
+        // A keyframe has no ramp in it.
+        let (before, fade) = (self.path.freeze(), self.path.torque.fade);
+        let mut tick = *tick;
+        let mut last_sync = cycle.sync_at;
+        let mut is_all_sent = true;
+        for next in source.bus.iter().skip_while(|earlier| earlier.sync_at < cycle.sync_at) {
+            if next.sync_at > last_sync {
+                tick = source.tick(next, Some((tick.index, last_sync)));
+                last_sync = next.sync_at;
+            }
+            let Some(counts) = source.counts(next) else { break };
+            let Ok(signals) = self.path.step(&tick, next.sync_at, &counts, source.robot.period, authority) else {
+                break;
+            };
+            is_all_sent = self.has_sent(next, &signals) || is_stop(source, next);
+            if !is_all_sent {
+                break;
+            }
         }
         // It can be put back: it was before.
         let _ = self.path.thaw(&before);
-        self.path.step(tick, cycle.sync_at, counts, period, Authority::Full)
+        self.path.torque.fade = fade;
+        is_all_sent
     }
 
     fn compare(
@@ -398,12 +428,10 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
         tick: &Tick,
         signals: &Signals<J, N>,
     ) -> Vec<Difference> {
-        // What follows the last SYNC may be the stop that ended the run, with torque 0.
-        if source.is_last(cycle) {
-            if cycle.sent.iter().all(|sent| sent.unwrap_or(0) == 0) {
-                return Vec::new();
-            }
-        } else {
+        if is_stop(source, cycle) {
+            return Vec::new();
+        }
+        if !source.is_last(cycle) {
             let missing = cycle.sent.iter().filter(|sent| sent.is_none()).count();
             self.outcome.missing_torques += u64::try_from(missing).unwrap_or(u64::MAX);
         }

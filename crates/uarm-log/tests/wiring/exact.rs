@@ -4,7 +4,7 @@ use uarm_log::replay::bus_cycles::Continuity;
 use uarm_log::replay::exact::{ExactReplay, Start};
 use uarm_log::signals::Value;
 
-use crate::support::{RampLaw, Run, bus_cycle, run};
+use crate::support::{FaintLaw, RampLaw, Run, bus_cycle, run};
 
 fn replay(run: &Run, start: Start) -> ExactReplay {
     ExactReplay::run(&run.source(), &mut RampLaw::default(), start).unwrap()
@@ -176,4 +176,33 @@ fn a_replay_may_begin_at_a_keyframe() {
     run.keyframes.remove(0);
     let error = ExactReplay::run(&run.source(), &mut RampLaw::default(), Start::KeyframeBefore(0.01)).unwrap_err();
     assert_eq!(error.to_string(), "no keyframe before 0.01 s");
+}
+
+/// 7 per mille that fade over 50 ms, a period of 3 ms being 6 %: the first of them, 6.58, is sent as 7, as without a ramp.
+const FADING: [i16; 17] = [7, 6, 6, 5, 5, 4, 4, 4, 3, 3, 2, 2, 2, 1, 1, 0, 0];
+
+fn faint(torques: impl Iterator<Item = i16>) -> ExactReplay {
+    let mut run = run(0).bus_only();
+    run.bus = torques
+        .zip(0..)
+        .map(|(torque, tick)| (tick, torque))
+        .map(|(tick, torque)| {
+            let mut cycle = bus_cycle(tick, [0; 3]);
+            cycle.sent = [Some(0), Some(torque), Some(0)];
+            cycle
+        })
+        .collect();
+    ExactReplay::run(&run.source(), &mut FaintLaw, Start::Beginning).unwrap()
+}
+
+#[test]
+fn a_ramp_begins_where_all_that_follows_is_one() {
+    let outcome = faint([7; 4].into_iter().chain(FADING).chain([0]));
+    assert_eq!((outcome.is_equal(), outcome.faded_from), (true, Some(0.012)), "{:?}", outcome.differences);
+    // No ramp: the torques stay, and then the motors are stopped.
+    let outcome = faint([7; 21].into_iter().chain([0]));
+    assert_eq!((outcome.is_equal(), outcome.faded_from), (true, None), "{:?}", outcome.differences);
+    // Half a ramp is none.
+    let outcome = faint([7; 4].into_iter().chain(FADING[..8].iter().copied()).chain([7; 9]));
+    assert_eq!((outcome.is_equal(), outcome.faded_from, outcome.differing_cycles), (false, None, 7));
 }

@@ -51,6 +51,24 @@ impl Controller<f64, 2> for RampLaw {
     }
 }
 
+/// Asks joint 2 for 7 per mille of 200 mN·m, always.
+#[derive(Default)]
+pub struct FaintLaw;
+
+impl Controller<f64, 2> for FaintLaw {
+    fn update(&mut self, _: &Measurement<f64>, _: &Reference<f64>, _: f64) -> Command<f64> {
+        let torque = Vector2::new(0.0014, 0.0);
+        Command { torque, control_input: Vector2::zeros(), adaptation: AdaptationStatus::default() }
+    }
+    fn reset(&mut self) {}
+    fn freeze(&self) -> FrozenState<f64> {
+        FrozenState::new(&[]).unwrap()
+    }
+    fn thaw(&mut self, _: &FrozenState<f64>) -> Result<(), ThawError> {
+        Ok(())
+    }
+}
+
 /// Joints of 36000 counts per revolution within ±1 rad, drives of 200 mN·m, 3 ms, at rest at 0 for 3 s.
 pub fn robot() -> Robot<3, 2> {
     let joint = |node: u8| Joint {
