@@ -88,7 +88,7 @@ pub enum PointsError {
 const MOST_HEADER_BYTES: usize = 64 * 1024;
 
 /// The columns in the order in which [`Point`] needs them.
-const COLUMNS: [&str; 14] = [
+pub(super) const COLUMNS: [&str; 14] = [
     "velocity_2_rad_per_s",
     "velocity_3_rad_per_s",
     "position_2_rad",
@@ -302,6 +302,11 @@ mod tests {
         fn no_bytes_make_it_panic(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
             let _ = parsed(&bytes);
             let _ = parsed([COLUMNS.join(",").as_bytes(), b"\n", &bytes].concat());
+            let log = std::env::temp_dir().join(format!("uarm-train-any-bytes-{}.mcap", std::process::id()));
+            std::fs::write(&log, [&MAGIC, bytes.as_slice()].concat()).unwrap();
+            let found = read(&log, || (), |(), _| Ok::<(), PointsError>(()));
+            std::fs::remove_file(&log).unwrap();
+            prop_assert!(found.is_err(), "there is no cycle in it");
         }
 
         #[test]

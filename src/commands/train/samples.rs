@@ -22,7 +22,7 @@ use crate::robot::Robot;
 /// How far the recorded u may be from u of the law, relative to 1: rounding, many times over.
 const INPUT_TOLERANCE: f64 = 1e-6;
 
-/// The most samples: a training holds all of them, with about 300 bytes for each. A run at 3 ms gives 667 a second.
+/// The most samples: a training holds all of them, with about 300 bytes for each. A run at 3 ms gives 667 a second, and so many in 100 minutes.
 const MOST_SAMPLES: usize = 4_000_000;
 
 /// Samples that cannot be had.
@@ -69,10 +69,12 @@ pub enum SampleError {
     },
     /// More samples than a training holds.
     #[error(
-        "{}, {place}: more than {MOST_SAMPLES} samples with this cycle: expected at most so many in all recorded runs, which is 100 \
-         minutes at 3 ms; a training holds all of them", file.display()
+        "{}, {place}: more than {most} samples with this cycle: expected at most so many in all recorded runs; a training holds all of them",
+        file.display()
     )]
     TooMany {
+        /// The most.
+        most: usize,
         /// The recorded run.
         file: PathBuf,
         /// Where it stands there.
@@ -91,6 +93,10 @@ type Sample = ([f64; 2], f64);
 /// # Errors
 /// [`SampleError`].
 pub fn samples(runs: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
+    samples_up_to(MOST_SAMPLES, runs, law, robot)
+}
+
+fn samples_up_to(most: usize, runs: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
     if robot.file.controllers.state_weights(law).is_none() {
         return Err(SampleError::Law { law });
     }
@@ -102,8 +108,8 @@ pub fn samples(runs: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, Sam
         let take = |of_run: &mut Vec<Sample>, point: &Point| {
             check_input(file, point, law, &synthesis)?;
             of_run.extend(samples_of(point, &synthesis));
-            if before + of_run.len() > MOST_SAMPLES {
-                return Err(SampleError::TooMany { file: file.clone(), place: point.place });
+            if before + of_run.len() > most {
+                return Err(SampleError::TooMany { most, file: file.clone(), place: point.place });
             }
             Ok(())
         };
@@ -131,4 +137,30 @@ fn check_input(file: &Path, point: &Point, law: Law, synthesis: &Synthesis<f64>)
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_samples_than_are_held_are_refused_by_file_and_line() {
+        // A joint that stands still where it should, in four cycles: two samples each.
+        let row = vec!["0"; points::COLUMNS.len()].join(",");
+        let text = format!("{}\n{}", points::COLUMNS.join(","), format!("{row}\n").repeat(4));
+        let file = std::env::temp_dir().join(format!("uarm-train-samples-{}.csv", std::process::id()));
+        std::fs::write(&file, text).unwrap();
+        let robot = Robot::load(None).unwrap();
+        let found = |most, runs| match samples_up_to(most, &vec![file.clone(); runs], Law::Fuzzy, &robot) {
+            Err(SampleError::TooMany { most, file: named, place }) => {
+                assert_eq!(named, file);
+                Some((most, place.to_string()))
+            }
+            _ => None,
+        };
+        assert_eq!(found(7, 1), Some((7, "line 5".to_owned())));
+        assert_eq!(found(8, 1), None);
+        assert_eq!(found(8, 2), Some((8, "line 2".to_owned())), "those of all runs count");
+        std::fs::remove_file(&file).unwrap();
+    }
 }
