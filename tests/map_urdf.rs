@@ -182,3 +182,18 @@ fn what_is_strange_is_told() {
     let printed = standard_output(&run(&text));
     assert!(!printed.contains("no body has this inertia") && !printed.contains("prismatic"), "{printed}");
 }
+
+/// Table 1 in a URDF gives what Table 1 in the robot file does; the numbers of Table 2 alone are no space manipulator.
+#[test]
+fn a_robot_file_with_a_urdf_is_mapped_and_one_with_a_model_alone_is_not() {
+    let folder = folder("robot-files");
+    std::fs::write(folder.join("arm.urdf"), include_str!("urdf/table-1.urdf")).unwrap();
+    let file = folder.join("robot.toml");
+    std::fs::write(&file, "[model]\nurdf = \"arm.urdf\"\n").unwrap();
+    assert_eq!(standard_output(&map(&[file.to_str().unwrap()])), standard_output(&map(&[])));
+    std::fs::write(&file, "[model]\nlinks = []\n").unwrap();
+    let output = map(&[file.to_str().unwrap()]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(message.contains("robot.toml: no [space_manipulator], and no [model] with a urdf"), "{message}");
+}

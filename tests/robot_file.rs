@@ -128,6 +128,17 @@ proptest! {
     }
 }
 
+/// A list is no table, though its values could be taken one after the other.
+#[test]
+fn a_list_is_no_table() {
+    let base = "base = { inertia_kg_m2 = 0.0153, length_m = 0.203 }";
+    refuses(base, "base = [0.0153, 0.203]", &["model.base = a list: expected a table with inertia_kg_m2, length_m"]);
+    let spacecraft = "{ mass_kg = 4.816, inertia_kg_m2 = 0.0153, centre_of_mass_to_joint_m = 0.253 }";
+    refuses(spacecraft, "[4.816, 0.0153, 0.253]", &["space_manipulator.spacecraft = a list", "mass_kg"]);
+    let link = "{ mass_kg = 0.618, inertia_kg_m2 = 0.0075, joint_to_centre_of_mass_m = 0.120, centre_of_mass_to_joint_m = 0.118 }";
+    refuses(link, "[0.618, 0.0075, 0.120, 0.118]", &["space_manipulator.links[0] = a list"]);
+}
+
 /// The text of a robot file without a table.
 fn cut(text: &str, table: &str) -> String {
     let start = text.find(&format!("\n[{table}]\n")).expect("the robot file has the table") + 1;
@@ -216,7 +227,10 @@ fn a_urdf_gives_the_model_and_the_log_can_do_without_it() {
     assert!(missing.contains("arms/arm.urdf: cannot be read"), "{missing}");
     std::fs::write(&urdf, include_str!("urdf/table-1.urdf")).unwrap();
     let base = with("urdf = \"arms/arm.urdf\"\nbase = \"hull\"").unwrap_err();
+    assert!(base.contains("robot.toml: model.urdf: "), "{base}");
     assert!(base.contains("arm.urdf: no link \"hull\""), "{base}");
+    let none = with("urdf = \"\"").unwrap_err();
+    assert!(none.ends_with("model.urdf = \"\": expected the path of a URDF, relative to the robot file"), "{none}");
     let numbers = with("urdf = \"arms/arm.urdf\"\nbase = { inertia_kg_m2 = 1.0, length_m = 1.0 }").unwrap_err();
     assert!(numbers.contains("model.base = numbers: expected the name of a link"), "{numbers}");
     let both = with(

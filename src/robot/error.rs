@@ -16,13 +16,15 @@ pub enum RobotError {
         /// Why it cannot be read.
         source: std::io::Error,
     },
-    /// The URDF that it names describes no arm that can be used.
-    #[error("{}: {error}", file.display())]
+    /// The URDF that it names cannot be read, or describes no arm that can be used.
+    #[error("{}: model.urdf: {}: {error}", robot.display(), file.display())]
     Urdf {
+        /// The robot file.
+        robot: PathBuf,
         /// The URDF.
         file: PathBuf,
-        /// What is wrong with it. No source of this error: its words are in the message.
-        error: Box<uarm_urdf::UrdfError>,
+        /// What is wrong with it.
+        error: String,
     },
     /// It is no TOML, or a field is unknown, missing or of another type.
     #[error("{}: {}", file.display(), in_words(&error.to_string()))]

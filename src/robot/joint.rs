@@ -27,14 +27,6 @@ pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<[Joint; JOI
             let expected = "\"passive\" for joints[0], the base, and \"active\" for the others";
             return Err(check.refuse(format!("joints[{index}].role"), format!("{:?}", joint.role), expected));
         }
-        if joint.name.trim().is_empty() {
-            let expected = "a name, by which messages call the joint";
-            return Err(check.refuse(format!("joints[{index}].name"), format!("{:?}", joint.name), expected));
-        }
-        if joints.iter().take(index).any(|earlier| earlier.name == joint.name) {
-            let expected = "a name that no other joint has";
-            return Err(check.refuse(format!("joints[{index}].name"), format!("{:?}", joint.name), expected));
-        }
         if joints.iter().take(index).any(|earlier| earlier.node == joint.node) {
             return Err(check.refuse(format!("joints[{index}].node"), joint.node, "a node id that no other joint has"));
         }
@@ -286,29 +278,6 @@ mod tests {
         // 2^20 counts of 33739 * 100 a revolution are 112 degrees, of limits 7200 degrees apart.
         let message = first_joint("gear_ratio = [100, 1]", 20).unwrap_err();
         assert!(message.contains("joints[0].encoder.counter_bits = 20") && message.contains("111.9 deg"), "{message}");
-    }
-
-    #[test]
-    fn joints_and_robots_have_names_of_their_own() {
-        let refused = |from: &str, to: &str| {
-            assert!(BUILT_IN.contains(from), "{from}");
-            let text = BUILT_IN.replacen(from, to, 1);
-            Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).unwrap_err().to_string()
-        };
-        let second = "name = \"joint 2\"";
-        assert_eq!(
-            refused(second, "name = \" \""),
-            "test.toml: joints[1].name = \" \": expected a name, by which messages call the joint"
-        );
-        assert_eq!(
-            refused(second, "name = \"base\""),
-            "test.toml: joints[1].name = \"base\": expected a name that no other joint has"
-        );
-        let robot = BUILT_IN.lines().find(|line| line.starts_with("name = ")).unwrap();
-        assert_eq!(
-            refused(robot, "name = \"\""),
-            "test.toml: name = \"\": expected a name, by which reports call the robot"
-        );
     }
 
     #[test]

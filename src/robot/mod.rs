@@ -8,6 +8,7 @@
 //! | [`overrides`] | what a command line changes of it |
 //! | `reading` | TOML into a type, and the fields that it does not know |
 //! | [`model`] | what the controllers believe the arm to be |
+//! | `names` | what robot and joints are called |
 //! | `task` | the motion |
 //! | [`demand`] | what the motion asks of the joints, and whether they have it |
 //! | `acceleration` | how fast the joints can change their velocities |
@@ -33,6 +34,7 @@ pub mod homing;
 mod joint;
 mod known_fields;
 pub mod model;
+mod names;
 pub mod overrides;
 pub mod profile;
 mod protocol;
@@ -128,9 +130,10 @@ impl Robot {
         if let Some(field) = unknown.first() {
             return Err(check.refuse(with_brackets(field), "unknown field", known_fields::beside(field)));
         }
-        if let Some((field, found, expected)) = surplus(text, &file) {
-            return Err(check.refuse(field, format!("{found} values"), format!("{expected} values")));
+        if let Some((field, found, expected)) = misread(text, &file) {
+            return Err(check.refuse(field, found, expected));
         }
+        names::check(&file, &check)?;
         overrides.apply(&mut file, &check)?;
         model::resolve_urdf(name, &mut file, &check)?;
         let profiles = profile::apply(name, &mut file, &check)?;
@@ -158,9 +161,6 @@ impl Robot {
         let check = Checker::new(name);
         if file.schema != SCHEMA {
             return Err(check.refuse("schema", file.schema, format!("{SCHEMA}")));
-        }
-        if file.name.trim().is_empty() {
-            return Err(check.refuse("name", format!("{:?}", file.name), "a name, by which reports call the robot"));
         }
         let period = Period::new(Duration::from_micros(file.control.period_us.into())).ok_or_else(|| {
             let expected = format!("{} to {}", Period::SHORTEST.as_micros(), Period::LONGEST.as_micros());
@@ -247,24 +247,29 @@ impl Robot {
     }
 }
 
-/// The first list in `text` with more values than `file` took of it: its field, and how many it has and may have.
-fn surplus(text: &str, file: &RobotFile) -> Option<(String, usize, usize)> {
+/// The first value in `text` that was not taken as it is written, since `serde` takes the first values of a longer list, and a list for a
+/// table: its field, what was found, and what was expected.
+fn misread(text: &str, file: &RobotFile) -> Option<(String, String, String)> {
     let (written, taken) = (text.parse::<toml::Table>().ok()?, toml::Table::try_from(file).ok()?);
-    surplus_in("", &toml::Value::Table(written), &toml::Value::Table(taken))
+    misread_in("", &toml::Value::Table(written), &toml::Value::Table(taken))
 }
 
-fn surplus_in(path: &str, written: &toml::Value, taken: &toml::Value) -> Option<(String, usize, usize)> {
+fn misread_in(path: &str, written: &toml::Value, taken: &toml::Value) -> Option<(String, String, String)> {
     match (written, taken) {
         (toml::Value::Table(written), toml::Value::Table(taken)) => written.iter().find_map(|(name, value)| {
             let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
-            surplus_in(&path, value, taken.get(name)?)
+            misread_in(&path, value, taken.get(name)?)
         }),
         (toml::Value::Array(written), toml::Value::Array(taken)) if written.len() > taken.len() => {
-            Some((path.to_owned(), written.len(), taken.len()))
+            Some((path.to_owned(), format!("{} values", written.len()), format!("{} values", taken.len())))
         }
         (toml::Value::Array(written), toml::Value::Array(taken)) => {
             let mut pairs = written.iter().zip(taken).enumerate();
-            pairs.find_map(|(index, (written, taken))| surplus_in(&format!("{path}[{index}]"), written, taken))
+            pairs.find_map(|(index, (written, taken))| misread_in(&format!("{path}[{index}]"), written, taken))
+        }
+        (toml::Value::Array(_), toml::Value::Table(taken)) => {
+            let fields = taken.keys().cloned().collect::<Vec<_>>().join(", ");
+            Some((path.to_owned(), "a list".to_owned(), format!("a table with {fields}")))
         }
         _ => None,
     }

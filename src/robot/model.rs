@@ -29,10 +29,25 @@ pub struct CheckedModel {
 /// If the URDF cannot be read, describes no planar arm of two joints, or the file has other numbers of the arm, too.
 pub fn resolve_urdf(name: &Path, file: &mut RobotFile, check: &Checker<'_>) -> Result<(), RobotError> {
     let Some(model) = &file.model else { return Ok(()) };
-    let Some(urdf) = &model.urdf else { return Ok(()) };
-    if !model.links.is_empty() || file.space_manipulator.is_some() {
-        let expected = "the arm once: by a URDF, or by the numbers of [model] and [space_manipulator]";
-        return Err(check.refuse("model.urdf", urdf.display(), expected));
+    let Some(manipulator) = urdf(name, model)? else { return Ok(()) };
+    if file.space_manipulator.replace(manipulator).is_some() {
+        return Err(check.refuse("model.urdf", "a URDF", ARM_ONCE));
+    }
+    file.model = None;
+    Ok(())
+}
+
+const ARM_ONCE: &str = "the arm once: by a URDF, or by the numbers of [model] and [space_manipulator]";
+
+/// The space manipulator that `model.urdf` describes, if there is one; a path is relative to the folder of the file `name`.
+///
+/// # Errors
+/// If the URDF cannot be read, describes no planar arm of two joints, or stands beside other numbers of the arm.
+pub fn urdf(name: &Path, model: &file::Model) -> Result<Option<file::SpaceManipulator>, RobotError> {
+    let check = Checker::new(name);
+    let Some(urdf) = &model.urdf else { return Ok(None) };
+    if !model.links.is_empty() {
+        return Err(check.refuse("model.urdf", urdf.display(), ARM_ONCE));
     }
     let base = match &model.base {
         Some(ModelBase::Numbers(_)) => {
@@ -41,23 +56,25 @@ pub fn resolve_urdf(name: &Path, file: &mut RobotFile, check: &Checker<'_>) -> R
         Some(ModelBase::Link(link)) => Some(link.clone()),
         None => None,
     };
+    if urdf.as_os_str().is_empty() {
+        return Err(check.refuse("model.urdf", "\"\"", "the path of a URDF, relative to the robot file"));
+    }
     let path = name.parent().unwrap_or(Path::new("")).join(urdf);
-    let text = text_file::read_up_to(&path, MOST_URDF_BYTES)
-        .map_err(|source| RobotError::Read { file: path.clone(), source })?;
+    let refused = |error: String| RobotError::Urdf { robot: name.to_owned(), file: path.clone(), error };
+    let text =
+        text_file::read_up_to(&path, MOST_URDF_BYTES).map_err(|error| refused(format!("cannot be read: {error}")))?;
     let selection = Selection { base, tip: model.tip.clone(), spacecraft: None };
-    let refused = |error| RobotError::Urdf { file: path.clone(), error: Box::new(error) };
-    let arm = Arm::parse(&text, &selection).and_then(|arm| arm.planar::<2>()).map_err(refused)?;
+    let arm = Arm::parse(&text, &selection).and_then(|arm| arm.planar::<2>());
+    let arm = arm.map_err(|error| refused(error.to_string()))?;
     let body = arm.spacecraft();
-    file.space_manipulator = Some(file::SpaceManipulator {
+    Ok(Some(file::SpaceManipulator {
         spacecraft: file::Spacecraft {
             mass_kg: body.mass,
             inertia_kg_m2: body.inertia,
             centre_of_mass_to_joint_m: body.centre_of_mass_to_joint,
         },
         links: arm.links().iter().map(space_link_as_written).collect(),
-    });
-    file.model = None;
-    Ok(())
+    }))
 }
 
 fn space_link_as_written(link: &SpaceLink<f64>) -> file::SpaceLink {

@@ -96,7 +96,7 @@ impl Arm {
                 return Err(not_planar(&joint.name, "a revolute joint".to_owned()));
             }
             if (axis.into_inner() - normal.into_inner()).norm() > TOLERANCE {
-                return Err(not_planar(&joint.name, "the axis of the first joint".to_owned()));
+                return Err(not_planar(&joint.name, "the axis of the first joint, and its sense".to_owned()));
             }
         }
         let last = self.links.last().map_or(self.tip, |link| link.body.centre);

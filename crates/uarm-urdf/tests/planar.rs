@@ -65,7 +65,7 @@ fn an_end_effector_beside_the_line_changes_nothing_that_moves() {
 fn what_leaves_the_plane_is_named() {
     let (of, expected) =
         refused(r#"<origin xyz="0 0.238 0"/><axis xyz="0 0 -1"/>"#, r#"<origin xyz="0 0.238 0"/><axis xyz="0 0 1"/>"#);
-    assert_eq!((of.as_str(), expected.as_str()), ("three", "the axis of the first joint"));
+    assert_eq!((of.as_str(), expected.as_str()), ("three", "the axis of the first joint, and its sense"));
     let (of, expected) = refused(r#"type="revolute""#, r#"type="prismatic""#);
     assert_eq!((of.as_str(), expected.as_str()), ("three", "a revolute joint"));
     let (of, expected) = refused(r#"<origin xyz="0 0.120 0"/>"#, r#"<origin xyz="0.004 0.120 0"/>"#);

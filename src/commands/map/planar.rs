@@ -1,6 +1,7 @@
 //! Space manipulators in the plane, from robot files.
 
 use std::io::Write;
+use std::path::Path;
 
 use anyhow::Context;
 use dem_model::nalgebra::{Matrix3, Vector3};
@@ -9,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use uarm_urdf::{Base, Names};
 
 use super::chains::{Chains, MOST_LINKS};
-use crate::robot::file;
+use crate::robot::{file, model};
 
 /// One link of the dynamically equivalent manipulator, as printed.
 #[derive(Debug, Serialize)]
@@ -24,13 +25,25 @@ pub struct Row {
 
 #[derive(Deserialize)]
 struct ManipulatorFile {
-    space_manipulator: file::SpaceManipulator,
+    space_manipulator: Option<file::SpaceManipulator>,
+    model: Option<file::Model>,
 }
 
-/// What the command makes of the text of a robot file, or of a file with a `[space_manipulator]` table alone.
-pub fn map(text: &str) -> anyhow::Result<(Vec<Row>, Chains)> {
+/// What the command makes of the `text` of a robot file, or of a file with a `[space_manipulator]` table alone; `path` is where it was
+/// read.
+pub fn map(path: &Path, text: &str) -> anyhow::Result<(Vec<Row>, Chains)> {
     let parsed: ManipulatorFile = toml::from_str(text)?;
-    map_any(&parsed.space_manipulator).context("space_manipulator")
+    let given = parsed.space_manipulator.is_some();
+    let of_urdf = match parsed.model.filter(|_| !given) {
+        Some(model) => model::urdf(path, &model)?,
+        None => None,
+    };
+    let Some(manipulator) = parsed.space_manipulator.or(of_urdf) else {
+        anyhow::bail!(
+            "no [space_manipulator], and no [model] with a urdf: the numbers of [model] are what the map gives"
+        );
+    };
+    map_any(&manipulator).context("space_manipulator")
 }
 
 fn map_any(manipulator: &file::SpaceManipulator) -> anyhow::Result<(Vec<Row>, Chains)> {

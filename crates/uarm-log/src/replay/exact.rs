@@ -11,11 +11,10 @@ use uarm_loop::schedule::Tick;
 use uarm_loop::settings::Settings;
 use uarm_loop::signal_path::{SignalFault, SignalPath, Signals};
 use uarm_loop::supervisor::Authority;
-use uarm_loop::uarm_io::time::Instant;
 
 use super::bus_cycles::{BusCycle, Continuity};
 use super::comparison::{Difference, compare};
-use super::source::{Behind, ReplayError, Source};
+use super::source::{Behind, PlacedTick, ReplayError, Source};
 use crate::ordered::LoggedKeyframe;
 use crate::signals::Value;
 
@@ -144,7 +143,7 @@ pub struct ExactRun<'a, const J: usize, const N: usize> {
     begin: Option<Begin<J, N>>,
     position: Position,
     /// The previous cycle on the bus.
-    previous: Option<(u64, Instant)>,
+    previous: Option<PlacedTick>,
     /// Cycles that count as lost since the last one that the loop went through: behind the end of the run they are none.
     unanswered: u64,
     outcome: ExactReplay,
@@ -250,8 +249,9 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
     }
 
     fn cycle(&mut self, source: &Source<'_, J, N>, cycle: &BusCycle<J>) -> Result<(), ReplayError> {
-        let tick = source.tick(cycle, self.previous);
-        self.previous = Some((tick.index, cycle.sync_at));
+        let placed = source.tick(cycle, self.previous);
+        self.previous = Some(placed);
+        let tick = placed.tick;
         match self.position {
             // Cycles before the beginning.
             Position::After(Some(after)) if tick.index <= after => return Ok(()),
@@ -350,8 +350,8 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
         let has_begun = self.outcome.faded_from.is_some();
         let fades = has_begun
             || may_fade
-                && !self.would_send(source, cycle, tick, Authority::Full)
-                && self.would_send(source, cycle, tick, Authority::Fading);
+                && !self.would_send(source, cycle, Authority::Full)
+                && self.would_send(source, cycle, Authority::Fading);
         let authority = if fades { Authority::Fading } else { Authority::Full };
         let signals = self.path.step(tick, cycle.sync_at, counts, period, authority)?;
         if fades && !has_begun {
@@ -362,23 +362,16 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
 
     /// Whether the torques from a cycle to the end of the recording are those of a path that goes on from here with this `authority`. A
     /// single cycle does not tell: the ramp's first torques may be rounded to those without it.
-    fn would_send(
-        &mut self,
-        source: &Source<'_, J, N>,
-        cycle: &BusCycle<J>,
-        tick: &Tick,
-        authority: Authority,
-    ) -> bool {
+    fn would_send(&mut self, source: &Source<'_, J, N>, cycle: &BusCycle<J>, authority: Authority) -> bool {
         // A keyframe has no ramp in it.
         let (before, fade) = (self.path.freeze(), self.path.torque.fade);
-        let mut tick = *tick;
-        let mut last_sync = cycle.sync_at;
+        let mut placed = self.previous;
         let mut is_all_sent = true;
         for next in source.bus.iter().skip_while(|earlier| earlier.sync_at < cycle.sync_at) {
-            if next.sync_at > last_sync {
-                tick = source.tick(next, Some((tick.index, last_sync)));
-                last_sync = next.sync_at;
-            }
+            let tick = match placed {
+                Some(first) if next.sync_at == cycle.sync_at => first.tick,
+                before => placed.insert(source.tick(next, before)).tick,
+            };
             let Some(counts) = source.counts(next) else { break };
             let Ok(signals) = self.path.step(&tick, next.sync_at, &counts, source.robot.period, authority) else {
                 break;

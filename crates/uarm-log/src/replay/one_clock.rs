@@ -5,6 +5,8 @@ use uarm_loop::recording::FrameRecord;
 use uarm_loop::uarm_io::drive::wire::Channel;
 use uarm_loop::uarm_io::time::{Duration, Instant};
 
+use super::source::{nanoseconds, whole_periods};
+
 /// A clock that was set while it stamped frames.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ClockStep {
@@ -45,7 +47,7 @@ pub struct OneClock {
 impl OneClock {
     /// No frame yet.
     pub const fn new(regularity: Regularity) -> Self {
-        let pass = Pass { regularity, shift: 0, latest: i128::MIN, previous: None, steps: Vec::new() };
+        let pass = Pass { regularity, shift: 0, latest: i128::MIN, previous: None, late: 0, steps: Vec::new() };
         Self { pass, first: None, held: Vec::new() }
     }
 
@@ -93,6 +95,8 @@ struct Pass {
     latest: i128,
     /// The previous SYNC with a counter, on the one clock.
     previous: Option<(i128, u8)>,
+    /// How late it was, ns, by those before it.
+    late: i128,
     steps: Vec<ClockStep>,
 }
 
@@ -112,6 +116,9 @@ impl Pass {
                 let expected = nanoseconds(self.regularity.period) * periods;
                 if self.is_step(elapsed, expected, next_sync.map(|next| next - raw)) {
                     self.shift += expected - elapsed;
+                    self.late = 0;
+                } else {
+                    (_, self.late) = whole_periods(elapsed + self.late, nanoseconds(self.regularity.period));
                 }
             }
             self.previous = Some((raw + self.shift, counter));
@@ -129,7 +136,9 @@ impl Pass {
     /// comes `to_next` later.
     fn is_step(&self, elapsed: i128, expected: i128, to_next: Option<i128>) -> bool {
         let period = nanoseconds(self.regularity.period);
-        if elapsed > expected + nanoseconds(self.regularity.longest_pause) || elapsed < expected - period / 2 {
+        // What follows a late SYNC is early by as much, if the loop is in step again.
+        let is_early = elapsed + self.late < expected - period / 2;
+        if elapsed > expected + nanoseconds(self.regularity.longest_pause) || is_early {
             return true;
         }
         // A loop that skipped ticks is back in step with the next SYNC; behind a clock that was set, all are as far off.
@@ -138,10 +147,6 @@ impl Pass {
         let skips = periods(elapsed - expected) > 0.5;
         skips && off(elapsed) > JITTER && to_next.is_some_and(|next| (periods(next) - 1.0).abs() < JITTER)
     }
-}
-
-fn nanoseconds(duration: Duration) -> i128 {
-    i128::try_from(duration.as_nanos()).unwrap_or(i128::MAX)
 }
 
 #[cfg(test)]
@@ -204,6 +209,8 @@ mod tests {
             [(3.0, 1), (6.0, 2), (18.0, 3), (21.0, 4)], // four periods on
             [(3.0, 1), (6.0, 2), (18.0, 6), (21.0, 7)], // lost
             [(3.0, 239), (6.0, 240), (9.0, 1), (12.0, 2)], // the counter begins again
+            [(3.0, 1), (6.0, 2), (10.6, 3), (12.0, 4)], // late by more than half a period, then in step again
+            [(3.0, 1), (6.0, 2), (14.0, 3), (15.0, 4)], // the same behind a tick that was skipped
         ] {
             let times: Vec<_> = syncs.iter().map(|(at, _)| *at).collect();
             assert_eq!(one_clock(&syncs), (times, Vec::new()), "{syncs:?}");

@@ -2,13 +2,12 @@
 
 use uarm_loop::estimation::AngleSource;
 use uarm_loop::keyframe::{Keyframe, KeyframeError};
-use uarm_loop::period::Period;
 use uarm_loop::record::CycleRecord;
 use uarm_loop::robot::Robot;
 use uarm_loop::run::SetupError;
 use uarm_loop::schedule::Tick;
 use uarm_loop::settings::Settings;
-use uarm_loop::uarm_io::time::Instant;
+use uarm_loop::uarm_io::time::{Duration, Instant};
 
 use super::bus_cycles::{BusCycle, Continuity};
 
@@ -76,22 +75,45 @@ impl<'a, const J: usize, const N: usize> Source<'a, J, N> {
         self.behind == Behind::Nothing && self.bus.last().is_some_and(|last| last.sync_at == cycle.sync_at)
     }
 
-    /// The tick of a cycle: as recorded, or from the distance of its SYNC to the previous one.
-    pub(super) fn tick(&self, cycle: &BusCycle<J>, previous: Option<(u64, Instant)>) -> Tick {
-        if let Some(CycleRecord { tick, elapsed_ticks, instants, .. }) = self.record(cycle.sync_at) {
-            return Tick { index: *tick, elapsed: *elapsed_ticks, scheduled: instants.scheduled, woke: instants.woke };
+    /// The tick of a cycle: as recorded, or from the distance of its SYNC to the `previous` one.
+    pub(super) fn tick(&self, cycle: &BusCycle<J>, previous: Option<PlacedTick>) -> PlacedTick {
+        let (sync_at, late) = (cycle.sync_at, 0);
+        if let Some(CycleRecord { tick, elapsed_ticks, instants, .. }) = self.record(sync_at) {
+            let (scheduled, woke) = (instants.scheduled, instants.woke);
+            return PlacedTick { tick: Tick { index: *tick, elapsed: *elapsed_ticks, scheduled, woke }, sync_at, late };
         }
-        let elapsed = previous.map_or(0, |(_, sync)| whole_periods(cycle.sync_at, sync, self.robot.period));
-        let index = previous.map_or(0, |(index, _)| index) + elapsed;
-        Tick { index, elapsed, scheduled: cycle.sync_at, woke: cycle.sync_at }
+        let (index, elapsed, late) = previous.map_or((0, 0, late), |previous| {
+            let distance = nanoseconds(sync_at.since(previous.sync_at));
+            let (periods, late) = whole_periods(distance + previous.late, nanoseconds(self.robot.period.duration()));
+            let elapsed = u64::try_from(periods).unwrap_or(u64::MAX);
+            (previous.tick.index.saturating_add(elapsed), elapsed, late)
+        });
+        PlacedTick { tick: Tick { index, elapsed, scheduled: sync_at, woke: sync_at }, sync_at, late }
     }
 }
 
-/// Periods between two SYNCs, to the nearest whole one, at least one.
-fn whole_periods(later: Instant, earlier: Instant, period: Period) -> u64 {
-    let period = period.duration().as_nanos().max(1);
-    let rounded = (later.since(earlier).as_nanos() + period / 2) / period;
-    u64::try_from(rounded).unwrap_or(u64::MAX).max(1)
+/// A tick, and where its SYNC stands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlacedTick {
+    pub(super) tick: Tick,
+    sync_at: Instant,
+    /// How far behind its tick it was sent, ns, by what came before.
+    late: i128,
+}
+
+/// A SYNC may come early by this part of a period: the one before, which it is measured from, was late itself.
+const EARLY: i128 = 8;
+
+/// How many ticks of `period` ns a SYNC is on, at least one, where the tick before was due `distance` ns ago, and how late it is. As in
+/// the loop, a late SYNC belongs to the latest tick that was due, and the next one is in step again.
+pub(super) fn whole_periods(distance: i128, period: i128) -> (i128, i128) {
+    let period = period.max(1);
+    let periods = ((distance + period / EARLY) / period).max(1);
+    (periods, (distance - periods * period).max(0))
+}
+
+pub(super) fn nanoseconds(duration: Duration) -> i128 {
+    i128::try_from(duration.as_nanos()).unwrap_or(i128::MAX)
 }
 
 /// Why a replay cannot begin, or cannot go on.

@@ -10,10 +10,9 @@ use uarm_loop::saturation::SaturationWatch;
 use uarm_loop::settings::Settings;
 use uarm_loop::signal_path::SignalPath;
 use uarm_loop::supervisor::Authority;
-use uarm_loop::uarm_io::time::Instant;
 
 use super::bus_cycles::{BusCycle, Continuity};
-use super::source::{ReplayError, Source};
+use super::source::{PlacedTick, ReplayError, Source};
 
 /// One cycle of both controllers, with `N` active joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +73,7 @@ impl<const N: usize> WhatIf<N> {
 pub struct WhatIfRun<'a, const J: usize, const N: usize> {
     path: SignalPath<'a, J, N>,
     has_begun: bool,
-    previous: Option<(u64, Instant)>,
+    previous: Option<PlacedTick>,
     lost_cycles: u64,
     sums: TorqueSums<N>,
 }
@@ -131,8 +130,9 @@ impl<'a, const J: usize, const N: usize> WhatIfRun<'a, J, N> {
     }
 
     fn cycle(&mut self, source: &Source<'_, J, N>, cycle: &BusCycle<J>) -> Option<Pair<N>> {
-        let tick = source.tick(cycle, self.previous);
-        self.previous = Some((tick.index, cycle.sync_at));
+        let placed = source.tick(cycle, self.previous);
+        self.previous = Some(placed);
+        let tick = placed.tick;
         let recorded = source
             .record(cycle.sync_at)
             .map(|record| record.torque_applied)

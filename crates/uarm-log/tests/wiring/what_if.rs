@@ -48,7 +48,7 @@ fn torques_are_compared_joint_by_joint() {
 }
 
 #[test]
-fn ticks_come_from_the_nearest_whole_period() {
+fn a_late_sync_belongs_to_the_tick_that_was_due() {
     let mut run = run(4).bus_only();
     let start = run.bus[0].sync_at;
     // 2.9 ms, 5.8 ms and 0.1 ms after one another: one, two and, as the least, one tick.
@@ -58,6 +58,15 @@ fn ticks_come_from_the_nearest_whole_period() {
     let outcome = what_if(&run, &run);
     let pairs: Vec<_> = outcome.pairs.iter().map(|pair| (pair.tick, pair.time)).collect();
     assert_eq!(pairs, [(0, 0.0), (1, 0.003), (3, 0.009), (4, 0.012)]);
+    // 1.6 ms late and in step again: one tick each. 4 ms late: the tick that was due 1 ms ago, and the next one.
+    for (microseconds, ticks) in [([0, 3_000, 7_600, 9_000], [0, 1, 2, 3]), ([0, 3_000, 10_000, 12_000], [0, 1, 3, 4])]
+    {
+        for (cycle, microseconds) in run.bus.iter_mut().zip(microseconds) {
+            cycle.sync_at = start + Duration::from_micros(microseconds);
+        }
+        let found: Vec<_> = what_if(&run, &run).pairs.iter().map(|pair| pair.tick).collect();
+        assert_eq!(found, ticks);
+    }
     // What the drives were told is what was recorded: 250 and −200 per mille of 0.2 N·m.
     assert_abs_diff_eq!(outcome.pairs[0].recorded[0], 0.05, epsilon = 1e-15);
     assert_abs_diff_eq!(outcome.pairs[0].recorded[1], -0.04, epsilon = 1e-15);
