@@ -89,7 +89,11 @@ const fn number(joint: Joint) -> u8 {
     }
 }
 
-fn observe(robot: &Robot, scenario: &Scenario) -> anyhow::Result<Observation> {
+/// Runs `scenario` on `robot`, under the paper's disturbance.
+///
+/// # Errors
+/// If the run cannot be begun.
+pub fn observe(robot: &Robot, scenario: &Scenario) -> anyhow::Result<Observation> {
     let mut clock = VirtualClock::new();
     let plant = SimulatedPlant::uarm(robot, scenario.plant, Disturbance::Paper)?
         .starting_at(simulated_robot::start(robot) + scenario.start_offset)
