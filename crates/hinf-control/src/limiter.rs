@@ -131,7 +131,7 @@ impl<T: Scalar, const N: usize> TorqueLimiter<T, N> {
         let applied = match self.limits.rate {
             None => saturated,
             Some(rate) => {
-                let time = if period.is_finite() && period > T::zero() { period } else { T::zero() };
+                let time = if period.is_finite() { period.max(T::zero()) } else { T::zero() };
                 let step = self.applied.zip_zip_map(&saturated, &(rate * time), towards);
                 // The sum in `towards` may round to just outside.
                 step.zip_map(&self.limits.magnitude, |torque, magnitude| torque.clamp(-magnitude, magnitude))
@@ -150,11 +150,5 @@ impl<T: Scalar, const N: usize> TorqueLimiter<T, N> {
 /// `goal`, or as far towards it from `before` as `bound` allows.
 fn towards<T: Scalar>(before: T, goal: T, bound: T) -> T {
     let change = goal - before;
-    if change.abs() <= bound {
-        goal
-    } else if change > T::zero() {
-        before + bound
-    } else {
-        before - bound
-    }
+    if change.abs() <= bound { goal } else { before + bound.copysign(change) }
 }

@@ -126,6 +126,73 @@ fn impossible_choices_are_refused() {
     assert_eq!(nan, Err(BoundError::NotFinite));
 }
 
+/// ‖v‖_Z = 2‖v‖, so that a radius of 3 is 1.5 of Euclid's, around (1, −2, 0.5).
+fn off_centre() -> (Ball<f64, 3>, impl Fn(f64) -> Adaptation<f64, 3>) {
+    let centre = Vector3::new(1.0, -2.0, 0.5);
+    let beside = move |offset| {
+        Adaptation::new(centre + Vector3::new(0.0, 0.0, offset), ScalarWeight::new(4.0).unwrap()).unwrap()
+    };
+    (Ball::new(centre, 3.0).unwrap(), beside)
+}
+
+#[test]
+fn a_ball_has_its_centre_its_radius_and_its_border() {
+    let (ball, beside) = off_centre();
+    assert!(beside(1.5).projected_onto_ball(ball).is_ok(), "the border is part of it");
+    assert_eq!(beside(1.5625).projected_onto_ball(ball), Err(BoundError::InitialOutside));
+    assert_eq!(beside(-1.5625).projected_onto_ball(ball), Err(BoundError::InitialOutside));
+    // Φ̇ = −Z⁻¹·gradient leads four units away from the centre.
+    let mut estimator = Estimator::new(beside(0.0).projected_onto_ball(ball).unwrap());
+    let status = push(&mut estimator, &Vector3::new(0.0, 0.0, -16.0), 1.0);
+    assert!(status.projected && status.at_bound);
+    assert_relative_eq!(*estimator.parameters(), Vector3::new(1.0, -2.0, 2.0), epsilon = 1e-15);
+}
+
+#[test]
+fn the_alarm_of_a_ball_sounds_from_its_border_on() {
+    let (ball, beside) = off_centre();
+    for (offset, at_bound) in [(1.0, false), (1.25, false), (1.5, true), (-1.5, true)] {
+        let mut estimator = Estimator::new(beside(offset).with_alarm_at(ParameterSet::Ball(ball)).unwrap());
+        assert_eq!(cycle(&mut estimator, Vector3::zeros(), 0.0).at_bound, at_bound, "{offset}");
+    }
+}
+
+#[test]
+fn the_alarm_of_a_box_sounds_from_its_border_on() {
+    let bounds = ParameterBox::new(Vector3::new(-1.0, -2.0, -3.0), Vector3::new(1.0, 2.0, 3.0)).unwrap();
+    for (start, at_bound) in [([0.5, -1.5, 2.5], false), ([1.0, 0.0, 0.0], true), ([0.0, 0.0, -3.0], true)] {
+        let mut estimator = Estimator::new(plain(start.into()).with_alarm_at(ParameterSet::Box(bounds)).unwrap());
+        assert_eq!(cycle(&mut estimator, Vector3::zeros(), 0.0).at_bound, at_bound, "{start:?}");
+    }
+}
+
+/// Whatever the anti-windup: a predicted angle teaches nothing.
+#[test]
+fn parameters_that_are_held_stand_still_for_one_step() {
+    let mut estimator = Estimator::new(plain(Vector3::zeros()));
+    let gradient = Vector3::new(-2.0, 0.0, 0.0);
+    cycle(&mut estimator, gradient, 0.0);
+    estimator.hold();
+    for (frozen, expected) in [(true, 0.0), (false, 1.0)] {
+        assert_eq!(cycle(&mut estimator, gradient, 1.0).frozen, frozen);
+        assert_eq!(estimator.parameters().x, expected);
+    }
+}
+
+#[test]
+fn a_weight_has_an_inverse_and_is_symmetric_to_rounding() {
+    for z in [1e-310, f64::INFINITY, -0.5] {
+        assert_eq!(ScalarWeight::new(z), Err(WeightError::NotPositive { found: z }));
+    }
+    for z in [1e-300, 0.5, 1e300] {
+        assert_eq!(ScalarWeight::new(z).unwrap().value(), z);
+    }
+    // A thousand units in the last place of the largest element, here 4.
+    let skewed = |units: f64| SMatrix::<f64, 2, 2>::new(4.0, 0.0, 4.0 * units * 2.0_f64.powi(-52), 4.0);
+    assert!(FullWeight::new(&skewed(1000.0)).is_ok());
+    assert!(matches!(FullWeight::new(&skewed(1001.0)), Err(WeightError::NotSymmetric { .. })));
+}
+
 #[test]
 fn a_full_weight_of_many_parameters_is_inverted() {
     const PARAMETERS: usize = 54;

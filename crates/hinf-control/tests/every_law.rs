@@ -3,7 +3,8 @@
 use dem_model::{Scalar, ThreeLinkDem};
 use hinf_control::{
     AdaptationGuard, AnyController, BaseAcceleration, BaseMeasurement, BuildContext, Controller, ControllerSettings,
-    Firing, FuzzySets, FuzzySystem, Law, Measurement, PublishedIndices, Reference, ThawError, TrackingError,
+    Firing, FuzzySets, FuzzySystem, Law, Measurement, PublishedIndices, Reference, StateWeights, SymmetricWeight,
+    ThawError, TrackingError,
 };
 use nalgebra::Vector2;
 use proptest::prelude::*;
@@ -273,23 +274,45 @@ fn the_guard_holds_the_parameters_while_a_torque_is_limited() {
 #[test]
 fn table_3_and_table_4() {
     let settings = ControllerSettings::default();
-    // z, L2, E
+    // Q1, Q2, z, L2, E
     let expected = [
-        (Law::Nonlinear, None, 0.0778, 0.1419),
-        (Law::Adaptive, Some(10.0), 0.0379, 0.1244),
-        (Law::Neural, Some(10.0), 0.0317, 0.1322),
-        (Law::NeuralModel, Some(100.0), 0.0292, 0.1406),
-        (Law::Fuzzy, Some(0.8), 0.0340, 0.1563),
-        (Law::FuzzyModel, Some(20.0), 0.0318, 0.1788),
+        (Law::Nonlinear, 0.64, [9.0, 7.0], None, 0.0778, 0.1419),
+        (Law::Adaptive, 0.64, [9.0, 7.0], Some(10.0), 0.0379, 0.1244),
+        (Law::Neural, 0.64, [9.0, 7.0], Some(10.0), 0.0317, 0.1322),
+        (Law::NeuralModel, 4.0, [9.0, 7.0], Some(100.0), 0.0292, 0.1406),
+        (Law::Fuzzy, 1.0, [9.0, 7.0], Some(0.8), 0.0340, 0.1563),
+        (Law::FuzzyModel, 4.0, [25.0, 7.0], Some(20.0), 0.0318, 0.1788),
     ];
     assert_eq!(expected.map(|(law, ..)| law), Law::PAPER);
-    for (law, z, tracking, torque) in expected {
+    for (law, velocity, position, z, tracking, torque) in expected {
+        let weights =
+            StateWeights { q1: SymmetricWeight::Diagonal([velocity; 2]), q2: SymmetricWeight::Diagonal(position) };
+        assert_eq!(settings.state_weights(law), Some(weights), "{law:?}");
         assert_eq!(settings.adaptation(law).map(|adaptation| adaptation.z), z);
         assert_eq!(law.published_indices(), Some(PublishedIndices { tracking, torque }));
     }
     assert!(!Law::ComputedTorque.is_in_paper());
     // The baseline has no weights of its own.
+    assert_eq!(settings.state_weights(Law::ComputedTorque), None);
     assert_eq!(settings.weights::<f64>(Law::ComputedTorque), settings.weights(Law::Nonlinear));
+}
+
+#[test]
+fn rules_fire_as_the_section_of_their_law_says() {
+    let mut settings = ControllerSettings::default();
+    settings.fuzzy_model.firing = Firing::Product;
+    for law in Law::ALL {
+        let expected = match law {
+            Law::Fuzzy => Some(Firing::Minimum),
+            Law::FuzzyModel => Some(Firing::Product),
+            _ => None,
+        };
+        assert_eq!(settings.firing(law), expected, "{law:?}");
+    }
+    settings.fuzzy.firing = Firing::Product;
+    assert_eq!(settings.firing(Law::Fuzzy), Some(Firing::Product));
+    settings.fuzzy_model.firing = Firing::Minimum;
+    assert_eq!(settings.firing(Law::FuzzyModel), Some(Firing::Minimum));
 }
 
 #[test]

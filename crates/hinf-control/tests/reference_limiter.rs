@@ -45,6 +45,47 @@ fn an_open_limiter_changes_nothing_to_the_bit() {
     }
 }
 
+/// 10 N·m/s for 10 ms are 0.1 N·m, up to 0.25 N·m and down to −0.05 N·m; the limit of joint 3 is 0.15 N·m.
+#[test]
+fn a_limited_rate_leads_to_what_was_asked_for_from_both_sides() {
+    let limits = TorqueLimits::new(Vector2::new(1.0_f64, 0.15)).unwrap().with_rate(Vector2::new(10.0, 10.0)).unwrap();
+    let mut limiter = TorqueLimiter::new(limits);
+    let mut assert_applied = |requested: f64, expected: [f64; 2]| {
+        let limited = limiter.limit(Vector2::new(requested, -requested), 0.01).unwrap();
+        assert_relative_eq!(limited.applied, Vector2::from(expected), epsilon = 1e-15);
+    };
+    for expected in [[0.1, -0.1], [0.2, -0.15], [0.25, -0.15]] {
+        assert_applied(0.25, expected);
+    }
+    for expected in [[0.15, -0.05], [0.05, 0.05], [-0.05, 0.05]] {
+        assert_applied(-0.05, expected);
+    }
+}
+
+/// Joint 3 was thawed beyond its limit of 0.5 N·m, and so begins at zero; a step is 0.1 N·m.
+#[test]
+fn a_thawed_limiter_goes_on_from_a_torque_that_can_have_been_applied() {
+    let limits = TorqueLimits::new(Vector2::new(1.0_f64, 0.5)).unwrap().with_rate(Vector2::new(10.0, 10.0)).unwrap();
+    let applied_after = |thawed| {
+        let mut limiter = TorqueLimiter::new(limits);
+        limiter.thaw(thawed);
+        limiter.limit(Vector2::new(-1.0, 0.5), 0.01).unwrap().applied
+    };
+    assert_relative_eq!(applied_after(Vector2::new(-0.5, 0.75)), Vector2::new(-0.6, 0.1), epsilon = 1e-15);
+    assert_relative_eq!(applied_after(Vector2::new(1.0, -0.5)), Vector2::new(0.9, -0.4), epsilon = 1e-15);
+    assert_relative_eq!(applied_after(Vector2::new(f64::NAN, f64::NAN)), Vector2::new(-0.1, 0.1), epsilon = 1e-15);
+}
+
+/// What the torque was does not matter any more: 0.1 N·m from zero.
+#[test]
+fn a_reset_limiter_begins_at_zero_torque() {
+    let limits = TorqueLimits::new(Vector2::new(1.0_f64, 1.0)).unwrap().with_rate(Vector2::new(10.0, 10.0)).unwrap();
+    let mut limiter = TorqueLimiter::new(limits);
+    limiter.limit(Vector2::new(1.0, -1.0), 0.05).unwrap();
+    limiter.reset();
+    assert_eq!(limiter.limit(Vector2::new(1.0, -1.0), 0.01).unwrap().applied, Vector2::new(0.1, -0.1));
+}
+
 fn any_torque() -> impl Strategy<Value = Vector2<f64>> {
     (prop::num::f64::ANY, -3.0..3.0).prop_map(|(x, y)| Vector2::new(x, y))
 }

@@ -37,8 +37,9 @@ pub enum WeightError {
 }
 
 fn check_positive<T: Scalar>(value: T) -> Result<T, WeightError> {
-    // The inverse must be a number too: a denormal z has none.
-    if value > T::zero() && value.is_finite() && (T::one() / value).is_finite() {
+    // The inverse must be a number too: a denormal z has none. That of infinity is zero.
+    let inverse = T::one() / value;
+    if inverse > T::zero() && inverse.is_finite() {
         Ok(value)
     } else {
         Err(WeightError::NotPositive { found: value.to_f64() })
