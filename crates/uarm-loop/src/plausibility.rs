@@ -105,16 +105,59 @@ mod tests {
         assert!((late.tolerance - window.tolerance - 2.0).abs() < 1e-9, "100 counts per second for 20 ms");
     }
 
+    const NO_ACCELERATION: AccelerationBound = AccelerationBound { by_torque: 0.0, by_velocity: 0.0 };
+
+    /// Three times as long as the trend took: its rounding, 3 counts, and the 10 ms by which it may be off count three times. At 100
+    /// counts per second these are 9 counts and 3, and a quarter of 0.3 s is another 7.5.
+    #[test]
+    fn a_trend_that_goes_on_for_longer_is_believed_less() {
+        let trend = Trend { velocity: 100.0, span: 0.1, time_error: 0.01 };
+        let window = NO_ACCELERATION.window(&trend, 0.3, 0.0, 0.01, 2.0);
+        assert!((window.expected - 30.0).abs() < 1e-9, "{window:?}");
+        assert!((window.tolerance - (9.0 + 3.0 + 7.5)).abs() < 1e-9, "{window:?}");
+        // 5 rad/s² twice over 0.3 s (0.3 s + 0.1 s)/2 are 0.6 rad.
+        let bound = AccelerationBound { by_torque: 3.0, by_velocity: 0.5 };
+        let driven = bound.window(&trend, 0.3, 0.0, 0.01, 2.0);
+        assert!((driven.tolerance - window.tolerance - 60.0).abs() < 1e-9, "{driven:?}");
+    }
+
+    #[test]
+    fn before_the_second_count_a_joint_is_believed_to_stand() {
+        let window = NO_ACCELERATION.window(&Trend::default(), 0.3, 0.01, 0.01, 0.0);
+        assert_eq!(window, Window { expected: 0.0, tolerance: 3.0 });
+    }
+
+    /// The trend after one of 100 counts per second over 0.5 s that is 62.5 ms off: 30 counts later.
+    fn after(span: f64, time_error: f64) -> Trend {
+        let reading = |count| EncoderReading { raw: 0, count, age: Duration::ZERO };
+        Trend { velocity: 100.0, span: 0.5, time_error: 0.0625 }.next(&reading(10), &reading(40), span, time_error)
+    }
+
+    #[test]
+    fn a_trend_is_that_of_the_last_two_counts() {
+        assert_eq!(after(0.25, 0.0), Trend { velocity: 120.0, span: 0.25, time_error: 0.0 });
+        assert_eq!(after(0.0, 0.0), Trend::default());
+        let reading = |count| EncoderReading { raw: 0, count, age: Duration::ZERO };
+        let first = Trend::default().next(&reading(0), &reading(-30), 0.25, 0.125);
+        assert_eq!(first, Trend { velocity: -120.0, span: 0.25, time_error: 0.125 }, "there is no older one");
+    }
+
+    /// A quarter of the span is the most by which its time may be off.
+    #[test]
+    fn two_counts_whose_time_is_not_known_do_not_change_the_velocity() {
+        assert_eq!(after(0.25, 0.0625), Trend { velocity: 120.0, span: 0.25, time_error: 0.0625 });
+        assert_eq!(after(0.25, 0.125), Trend { velocity: 100.0, span: 0.75, time_error: 0.1875 });
+    }
+
     /// A joint that turns with 10 counts a millisecond and cannot accelerate, in a loop of 3 ms whose SYNCs come at these instants, ms.
     fn is_believed(syncs: &[f64]) -> bool {
-        let bound = AccelerationBound { by_torque: 0.0, by_velocity: 0.0 };
         let count = |at: f64| (10.0 * at).round() as i64;
         let reading = |at: f64| EncoderReading { raw: 0, count: count(at), age: Duration::ZERO };
         let mut trend = Trend::default();
         syncs.windows(2).all(|pair| {
             let time_error = (pair[1] - pair[0] - 3.0).abs() * 1e-3;
             let (from, to) = (reading(pair[0]), reading(pair[1]));
-            let window = bound.window(&trend, 3e-3, time_error, 1e-3, 0.0);
+            let window = NO_ACCELERATION.window(&trend, 3e-3, time_error, 1e-3, 0.0);
             let is_first = trend.span == 0.0;
             trend = trend.next(&from, &to, 3e-3, time_error);
             is_first || ((to.count - from.count) as f64 - window.expected).abs() <= window.tolerance

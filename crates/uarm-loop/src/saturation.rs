@@ -113,9 +113,27 @@ mod tests {
         assert!((0..1_000).all(|_| unlimited.watch([true; 2], 1.0).is_ok()));
     }
 
+    /// A replay goes on in the middle of a saturation: two cycles before the keyframe and three behind it are 12.5 ms.
+    #[test]
+    fn a_thawed_watch_goes_on_counting() {
+        let limit = SaturationLimit::new(Duration::from_millis(10)).unwrap();
+        let mut watch = SaturationWatch::<2>::new(limit);
+        for _ in 0..2 {
+            watch.watch([false, true], 0.0025).unwrap();
+        }
+        assert_eq!(watch.lasting(), [0.0, 0.005]);
+        let mut thawed = SaturationWatch::<2>::new(limit);
+        thawed.thaw([0.0, 0.005]);
+        for _ in 0..2 {
+            thawed.watch([false, true], 0.0025).unwrap();
+        }
+        assert_eq!(thawed.watch([false, true], 0.0025), Err(LastingSaturation { joint: 3, lasted: 0.0125, limit }));
+    }
+
     #[test]
     fn a_limit_is_neither_zero_nor_endless() {
         assert_eq!(SaturationLimit::new(Duration::ZERO), None);
         assert_eq!(SaturationLimit::new(Duration::from_millis(10_001)), None);
+        assert_eq!(SaturationLimit::default().duration(), Duration::from_millis(500));
     }
 }

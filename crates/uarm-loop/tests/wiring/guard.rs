@@ -2,7 +2,7 @@
 
 use uarm_loop::barrier::{Stopping, Times};
 use uarm_loop::estimation::Estimate;
-use uarm_loop::guard::{Guard, JointLimits, LimitViolation, Quantity};
+use uarm_loop::guard::{Braking, Guard, JointLimits, LimitViolation, Quantity};
 use uarm_loop::hinf_control::{QuinticReference, Reference};
 use uarm_loop::motion::Motion;
 use uarm_loop::nalgebra::Vector2;
@@ -231,4 +231,15 @@ fn a_fast_joint_takes_from_the_room_of_the_others() {
     // In the first cycle nothing has turned yet.
     let first = Times { elapsed: 0.0, ..times };
     assert_eq!(guard.check_stopping(&first, &[None; 3], &[0.0, 0.75, 9.0]), Ok(()));
+}
+
+/// 40 rad/s² for two periods of 2 ms from rest: 0.32 mrad and 0.16 rad/s, and 4.8 mrad more until the brake holds.
+#[test]
+fn a_joint_at_rest_near_its_limit_is_told_to_stand_still() {
+    let first = Times { time: 0.0, elapsed: 0.0, period: 0.002 };
+    let check = |angle: f64| GUARD.check_stopping(&first, &[None; 3], &[angle, 0.0, 0.0]);
+    assert_eq!(check(2.0 - 0.00512 - 1e-6), Ok(()));
+    let violation = check(2.0 - 0.00512 + 1e-6).unwrap_err();
+    assert_eq!((violation.joint, violation.quantity), (1, Quantity::StoppingAngle));
+    assert_eq!(violation.braking, Some(Braking { velocity: 0.0, brake: Duration::from_millis(30) }));
 }

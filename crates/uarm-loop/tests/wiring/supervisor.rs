@@ -87,6 +87,15 @@ fn the_first_cause_is_kept_and_later_ones_are_counted() {
     assert_eq!((supervisor.state(), supervisor.first_cause(), supervisor.later_faults()), (State::Disarmed, None, 0));
 }
 
+#[test]
+fn the_first_cause_is_what_a_run_ends_with() {
+    let mut supervisor = Supervisor::default();
+    supervisor.fault("an encoder");
+    supervisor.fault("a drive");
+    assert_eq!(supervisor.into_first_cause(), Some("an encoder"));
+    assert_eq!(Supervisor::<&str>::default().into_first_cause(), None);
+}
+
 /// What may happen to a supervisor.
 #[derive(Clone, Copy, Debug)]
 enum Step {
