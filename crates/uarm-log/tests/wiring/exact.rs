@@ -1,7 +1,8 @@
 //! What a replay compares, and what it does not.
 
 use uarm_log::replay::bus_cycles::Continuity;
-use uarm_log::replay::exact::{ExactReplay, Start};
+use uarm_log::replay::exact::{Begin, ExactReplay, ExactRun, Start};
+use uarm_log::replay::source::{Behind, Source};
 use uarm_log::signals::Value;
 
 use crate::support::{FaintLaw, RampLaw, Run, bus_cycle, run};
@@ -205,4 +206,103 @@ fn a_ramp_begins_where_all_that_follows_is_one() {
     // Half a ramp is none.
     let outcome = faint([7; 4].into_iter().chain(FADING[..8].iter().copied()).chain([7; 9]));
     assert_eq!((outcome.is_equal(), outcome.faded_from, outcome.differing_cycles), (false, None, 7));
+}
+
+#[test]
+fn a_replay_says_whether_it_compared_anything_and_all() {
+    let none = ExactReplay::default();
+    assert_eq!((none.has_compared(), none.has_loss()), (false, false));
+    assert!(ExactReplay { signals: 1, ..none.clone() }.has_compared());
+    assert!(ExactReplay { fault_reproduced: Some(true), ..none.clone() }.has_compared());
+    assert!(ExactReplay { lost_cycles: 1, ..none.clone() }.has_loss());
+    assert!(ExactReplay { missing_torques: 1, ..none.clone() }.has_loss());
+    assert!(ExactReplay { missing_positions: 1, ..none }.has_loss());
+}
+
+#[test]
+fn the_bus_alone_is_replayed_from_its_first_sync_only() {
+    let mut run = run(4).bus_only();
+    for first in [None, Some(0), Some(1)] {
+        run.bus[0].counter = first;
+        assert_eq!(from_beginning(&run).cycles, 4);
+    }
+    run.bus[0].counter = Some(2);
+    let error = ExactReplay::run(&run.source(), &mut RampLaw::default(), Start::Beginning).unwrap_err();
+    assert!(error.to_string().starts_with("its first SYNC has the number 2, expected 1"), "{error}");
+}
+
+/// Keyframes follow ticks 4 (0.012 s) and 9.
+#[test]
+fn a_log_that_lost_its_beginning_is_taken_up_at_its_first_keyframe() {
+    let without = |lost: usize| {
+        let mut run = run(12);
+        run.keyframes.remove(0);
+        run.bus.drain(..lost);
+        run.records.drain(..lost);
+        from_beginning(&run)
+    };
+    let outcome = without(5);
+    assert_eq!((outcome.from, outcome.cycles, outcome.lost_cycles, outcome.resumed), (0.012, 7, 0, 0));
+    // Tick 4 is there, and the state before it is not.
+    let outcome = without(4);
+    assert_eq!((outcome.cycles, outcome.lost_cycles, outcome.resumed), (7, 1, 1));
+    assert!(outcome.is_equal());
+}
+
+/// A count that came, and that the file lacks, or one that did not come: the torques tell.
+#[test]
+fn a_position_that_is_missing_on_the_bus_was_predicted_if_the_torques_say_so() {
+    let mut run = run(12).bus_only();
+    run.bus[3].counts[1] = None;
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.cycles, outcome.predicted_cycles, outcome.missing_positions), (12, 1, 1));
+    assert_eq!((outcome.is_equal(), outcome.lost_cycles), (true, 0));
+    run.bus[3].sent[1] = Some(999);
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.cycles, outcome.predicted_cycles, outcome.lost_cycles), (3, 0, 9));
+    assert!(outcome.is_equal(), "nothing is known to differ");
+    // Without torques the loop did not go through that cycle.
+    run.bus[3].sent = [None; 3];
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.cycles, outcome.predicted_cycles, outcome.lost_cycles), (3, 0, 9));
+}
+
+/// The loop may have had the count: its record would say so.
+#[test]
+fn a_position_that_is_missing_in_a_cycle_without_its_record_is_a_gap_in_a_log() {
+    let mut run = run(12);
+    run.records.remove(2);
+    run.bus[2].counts[1] = None;
+    let outcome = from_beginning(&run);
+    // Ticks 2, 3 and 4 are lost; a keyframe follows tick 4.
+    assert_eq!((outcome.cycles, outcome.lost_cycles, outcome.resumed), (9, 3, 1));
+}
+
+#[test]
+fn torques_that_are_missing_on_the_bus_are_counted() {
+    let mut run = run(12).bus_only();
+    run.bus[3].sent[1] = None;
+    // Of the last cycle they may not have been sent any more.
+    run.bus[11].sent[2] = None;
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.cycles, outcome.missing_torques, outcome.lost_cycles), (12, 1, 0));
+    run.bus[3].sent = [None; 3];
+    let outcome = from_beginning(&run);
+    assert_eq!((outcome.cycles, outcome.missing_torques, outcome.lost_cycles), (11, 3, 1));
+    assert!(outcome.is_equal());
+}
+
+/// The process was gone, and something else sent SYNCs: what nobody answered is no part of the run, in whatever window it is.
+#[test]
+fn cycles_behind_the_last_answer_are_not_lost() {
+    let mut run = run(8).bus_only();
+    for cycle in &mut run.bus[4..] {
+        (cycle.counts, cycle.sent) = ([None; 3], [None; 3]);
+    }
+    let (mut law, source) = (RampLaw::default(), run.source());
+    let mut replay = ExactRun::new(&run.robot, &run.settings, &mut law, Begin::Beginning).unwrap();
+    replay.window(&Source { bus: &run.bus[..6], behind: Behind::More, ..source }).unwrap();
+    replay.window(&Source { bus: &run.bus[6..], ..source }).unwrap();
+    let outcome = replay.finish().unwrap();
+    assert_eq!((outcome.cycles, outcome.lost_cycles), (4, 0));
 }

@@ -6,3 +6,4 @@ mod log_file;
 mod log_parts;
 mod support;
 mod what_if;
+mod windows;
