@@ -1,15 +1,21 @@
 //! The drives of a robot that are bought: their makers' dictionaries, and their past.
 
+use std::convert::Infallible;
 use std::path::PathBuf;
 
 use uarm_eds::Dictionary;
 use uarm_io::drive::NodeId;
+use uarm_io::drive::network::StartError;
+use uarm_io::drive::plan::survey_of;
+use uarm_io::drive::words::Named;
+use uarm_loop::robot::{Joint, Protocol};
 use uarm_sim::PowerUp;
 use uarm_sim::drive::CounterAtPowerUp;
 
 use crate::dimensions::JOINTS;
-use crate::eds;
+use crate::eds::{self, DictionaryObjects};
 use crate::options::node_id;
+use crate::robot::Robot;
 use crate::usage::UsageError;
 
 /// Which drives of a simulated robot have a maker's dictionary.
@@ -24,7 +30,7 @@ pub struct DictionaryArguments {
 }
 
 /// A drive that somebody else made.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct BoughtDrive<'a> {
     /// Its maker's dictionary; without it the emulation's own.
     pub dictionary: Option<&'a Dictionary>,
@@ -89,6 +95,46 @@ impl Bought {
             }
         }
         self
+    }
+
+    /// Why the first drive that has a dictionary could not be started, if one could not: as `uarm drive check` judges it. A
+    /// start on the simulated drive sees no types, and not what a drive has at power-up.
+    ///
+    /// # Errors
+    /// If the drives cannot be described to their master.
+    pub fn refusal(&self, robot: &Robot) -> anyhow::Result<Option<StartError<Infallible>>> {
+        if robot.description.bus.protocol != Protocol::Canopen {
+            return Ok(None);
+        }
+        let network = robot.description.network_configuration()?;
+        let refused = self.with_dictionaries(robot).find_map(|(joint, dictionary)| {
+            let node = joint.node.raw();
+            let Ok(survey) = survey_of(&mut DictionaryObjects::new(dictionary, node), &joint.drive);
+            let finding = *network.plan(&survey, &joint.drive).refusal()?;
+            Some(StartError::Refused { node, finding })
+        });
+        Ok(refused)
+    }
+
+    /// What `robot` watches and cannot be judged, since a dictionary has the object without a value; a line of text for each.
+    pub fn unjudged(&self, robot: &Robot) -> Vec<String> {
+        let lines = self.with_dictionaries(robot).flat_map(|(joint, dictionary)| {
+            let node = joint.node.raw();
+            eds::unstated(dictionary, node, &joint.drive.readings).map(move |(quantity, reading)| {
+                format!(
+                    "{}: {} of node {node} is not judged: its dictionary has no value for {}",
+                    joint.name,
+                    quantity.name(),
+                    Named(reading.object)
+                )
+            })
+        });
+        lines.collect()
+    }
+
+    fn with_dictionaries<'a>(&'a self, robot: &'a Robot) -> impl Iterator<Item = (&'a Joint, &'a Dictionary)> {
+        let joints = robot.description.joints.iter().zip(&self.dictionaries);
+        joints.filter_map(|(joint, dictionary)| Some((joint, dictionary.as_ref()?)))
     }
 
     /// True if all drives are the emulation's own, as they are by default.

@@ -19,7 +19,7 @@ use uarm_loop::robot::{Bus, Joint, Protocol};
 
 use crate::bought::{Bought, BoughtDrive};
 use crate::dimensions::JOINTS;
-use crate::eds::maker_dictionary;
+use crate::eds::{maker_dictionary, with_good_readings};
 use crate::robot::Robot;
 
 /// Which plant a simulated robot is.
@@ -276,8 +276,9 @@ pub fn simulated_with<P: Plant + Clone>(
 /// If the robot file describes drives that cannot be emulated.
 pub fn emulate<P: Plant + Clone>(robot: &Robot, plant: P, pacing: Pacing) -> anyhow::Result<EmulatedRobot<P>> {
     let joints = &robot.description.joints;
-    let [first, second, third] = joints;
-    let emulated = EmulatedRobot::new(plant, [drive(first)?, drive(second)?, drive(third)?], pacing)?;
+    let ([first, second, third], own) = (joints, BoughtDrive::default());
+    let drives = [emulated_drive(first, &own)?, emulated_drive(second, &own)?, emulated_drive(third, &own)?];
+    let emulated = EmulatedRobot::with_drives(plant, drives, pacing)?;
     Ok(emulated.with_torque_delays(joints.each_ref().map(|joint| joint.torque_delay))?)
 }
 
@@ -297,17 +298,19 @@ fn emulate_bought<P: Plant + Clone>(
 ) -> anyhow::Result<Box<EmulatedRobot<P, MAKERS_OBJECTS>>> {
     let joints = &robot.description.joints;
     let ([first, second, third], [a, b, c]) = (joints, bought);
-    let drives = [bought_drive(first, a)?, bought_drive(second, b)?, bought_drive(third, c)?];
+    let drives = [emulated_drive(first, a)?, emulated_drive(second, b)?, emulated_drive(third, c)?];
     let emulated = EmulatedRobot::with_drives(plant, drives, pacing)?;
     Ok(Box::new(emulated.with_torque_delays(joints.each_ref().map(|joint| joint.torque_delay))?))
 }
 
-fn bought_drive(joint: &Joint, bought: &BoughtDrive<'_>) -> anyhow::Result<EmulatedDrive<MAKERS_OBJECTS>> {
+fn emulated_drive<const N: usize>(joint: &Joint, bought: &BoughtDrive<'_>) -> anyhow::Result<EmulatedDrive<N>> {
     let parameters = drive(joint)?.with_power_up(bought.power_up);
     let objects = match bought.dictionary {
         Some(dictionary) => maker_dictionary(dictionary, &parameters),
         None => DriveDictionary::own(&parameters),
     };
+    let dictionary = bought.dictionary.map(|dictionary| (dictionary, joint.node.raw()));
+    let objects = with_good_readings(objects, dictionary, &joint.drive.readings);
     EmulatedDrive::with_dictionary(parameters, objects).with_context(|| joint.name.clone())
 }
 

@@ -7,7 +7,7 @@ mod support;
 use dictionaries::Dictionary;
 use serde_json::Value;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Output;
 use support::{scratch, text, uarm};
 
@@ -252,7 +252,7 @@ fn what_a_run_watches_and_the_mark_of_an_incremental_encoder_are_judged() {
     let watched = "drive = { temperature_c = { object = { index = 0x2011, subindex = 0, type = \"i16\", unit = 0.1 }, \
                    stop_above = 80.0 }, rated_torque_nm";
     let marked = "zero_counts = 0, reference = \"incremental\", \
-                  power_marker = { index = 0x6075, subindex = 0, type = \"u32\", value = 77 }";
+                  power_marker = { index = 0x6081, subindex = 0, type = \"u32\", value = 77 }";
     let robot = file(
         "check-watched.toml",
         &original.replace("drive = { rated_torque_nm", watched).replace("zero_counts = 0", marked),
@@ -270,13 +270,7 @@ fn what_a_run_watches_and_the_mark_of_an_incremental_encoder_are_judged() {
         ("unwatched", Dictionary::own(), "2011h:00", "absent", "temperature_c"),
         ("other-type", temperature("0x0007", "ro"), "2011h:00", "of type u32", "temperature_c"),
         ("write-only", temperature("0x0003", "wo"), "2011h:00", "", "temperature_c"),
-        (
-            "no-mark",
-            temperature("0x0003", "ro").with("6075", "AccessType", "ro"),
-            "6075h:00",
-            "known only",
-            "power_marker",
-        ),
+        ("no-mark", temperature("0x0003", "ro").with("6081", "AccessType", "ro"), "6081h:00", "0", "power_marker"),
     ] {
         let (code, findings) = judged(name, &dictionary);
         assert_eq!(code, CANNOT, "{name}: {findings:#}");
@@ -285,4 +279,86 @@ fn what_a_run_watches_and_the_mark_of_an_incremental_encoder_are_judged() {
         assert!(row["found"].as_str().unwrap().starts_with(found), "{name}: {row:#}");
         assert!(row["remedies"][0].as_str().unwrap().contains(remedy), "{name}: {row:#}");
     }
+}
+
+/// The paper's robot file with keys more in each joint's drive and in joint 2's encoder.
+fn robot_with(name: &str, drive: &str, encoder: &str) -> PathBuf {
+    let original = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/robots/uarm.toml")).unwrap();
+    let joint_2 = "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0";
+    assert!(original.contains(joint_2));
+    let text = original
+        .replace("drive = { rated_torque_nm", &format!("drive = {{ {drive}rated_torque_nm"))
+        .replace(joint_2, &format!("{joint_2}{encoder}"));
+    file(name, &text)
+}
+
+/// `uarm check` and `uarm drive check` of a robot file and a dictionary, and what both print.
+fn both_checks(robot: &Path, eds: &Path) -> [(Option<i32>, String); 2] {
+    let (robot, eds) = (robot.to_str().unwrap(), eds.to_str().unwrap());
+    let arguments = ["--robot", robot, "--eds", eds, "--node", "2"];
+    [&["check"][..], &["drive", "check"]].map(|command| {
+        let output = uarm(&[command, &arguments].concat());
+        (output.status.code(), text(&output))
+    })
+}
+
+fn marker(index: u16, value: u32) -> String {
+    format!(
+        ", reference = \"incremental\", power_marker = {{ index = {index}, subindex = 0, type = \"u32\", value = {value} }}"
+    )
+}
+
+#[test]
+fn a_mark_is_judged_alike_by_both_checks() {
+    let eds = file("check-mark.eds", Dictionary::own().with("6081", "DefaultValue", "77").text());
+    for (name, index, value, code, words) in [
+        ("mark-good", 0x6081, 78, WORKS, "completed"),
+        ("mark-at-power-up", 0x6081, 77, CANNOT, "another value at power-up than the mark"),
+        ("mark-of-the-master", 0x6071, 77, CANNOT, "the master writes it in each cycle"),
+        ("mark-that-stores", 0x1010, 77, CANNOT, "stores the drive's parameters"),
+        ("mark-that-is-absent", 0x2A00, 77, CANNOT, "2A00h:00"),
+    ] {
+        let robot = robot_with(&format!("{name}.toml"), "", &marker(index, value));
+        let [whole, drive] = both_checks(&robot, &eds);
+        assert_eq!((whole.0, drive.0), (Some(code), Some(code)), "{name}: {} {}", whole.1, drive.1);
+        assert!(whole.1.contains(words), "{name}: {}", whole.1);
+        assert!(code == WORKS || drive.1.contains(words), "{name}: {}", drive.1);
+    }
+}
+
+/// 2206h: the supply voltage of one maker's drives, in tenths of a volt, which only the drive knows.
+#[test]
+fn a_supply_voltage_without_a_value_in_the_dictionary_is_not_judged() {
+    let object = |default: &str| {
+        format!(
+            "\n[2206]\nParameterName=Supply voltage\nObjectType=0x7\nDataType=0x0006\nAccessType=ro\n{default}PDOMapping=0\n"
+        )
+    };
+    let watched = "supply_voltage_v = { object = { index = 0x2206, subindex = 0, type = \"u16\", unit = 0.1 }, stop_below = 40.0 }, ";
+    let original = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/robots/uarm.toml")).unwrap();
+    let joint_2 = original.find("node = 2").unwrap();
+    let (before, after) = original.split_at(joint_2);
+    let text = format!("{before}{}", after.replacen("drive = { ", &format!("drive = {{ {watched}"), 1));
+    let robot = file("check-supply.toml", &text);
+    let not_judged = "joint 2: supply voltage of node 2 is not judged: its dictionary has no value for 2206h:00";
+    for (name, default, code, is_judged) in [
+        ("supply-unstated", "", WORKS, false),
+        ("supply-zero", "DefaultValue=0\n", WORKS, false),
+        ("supply-good", "DefaultValue=480\n", WORKS, true),
+        ("supply-low", "DefaultValue=240\n", CANNOT, true),
+    ] {
+        let eds = file(&format!("{name}.eds"), Dictionary::own().and(&object(default)).text());
+        let [(found, printed), _] = both_checks(&robot, &eds);
+        assert_eq!(found, Some(code), "{name}: {printed}");
+        assert_eq!(printed.contains(not_judged), !is_judged, "{name}: {printed}");
+        assert_eq!(printed.contains("supply voltage 24.0 V"), code == CANNOT, "{name}: {printed}");
+    }
+}
+
+/// The emulated drive's 24 V say nothing of a robot with another supply.
+#[test]
+fn the_simulated_supply_is_a_good_one_of_the_robots() {
+    let robot = robot_with("check-48-volts.toml", "supply_voltage_v = { stop_below = 40.0, stop_above = 56.0 }, ", "");
+    let output = uarm(&["check", "--robot", robot.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(WORKS), "{}", text(&output));
 }

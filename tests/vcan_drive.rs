@@ -105,11 +105,11 @@ fn the_direction_of_a_joint_that_nobody_turns_is_not_told() {
     assert!(seen.len() > 20 && only_reads(&seen), "{seen:02X?}");
 }
 
-/// The robot file of both, controller and plant: joint 2 is incremental, and 6075h of its drive, volatile and used by nobody, is the marker.
+/// The robot file of both, controller and plant: joint 2 is incremental, and 6081h of its drive, volatile and used by nobody, is the marker.
 const INCREMENTAL: (&str, &str) = (
     "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0",
     "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0, \
-     reference = \"incremental\", power_marker = { index = 0x6075, subindex = 0, type = \"u32\", value = 77 }",
+     reference = \"incremental\", power_marker = { index = 0x6081, subindex = 0, type = \"u32\", value = 77 }",
 );
 #[test]
 fn an_incremental_robot_runs_with_a_reference_only_and_not_after_its_power_was_lost() {
@@ -150,7 +150,7 @@ fn an_incremental_robot_runs_with_a_reference_only_and_not_after_its_power_was_l
 const HOMES: (&str, &str) = (
     INCREMENTAL.0,
     "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0, \
-     reference = \"incremental\", power_marker = { index = 0x6075, subindex = 0, type = \"u32\", value = 77 }, \
+     reference = \"incremental\", power_marker = { index = 0x6081, subindex = 0, type = \"u32\", value = 77 }, \
      homing = { method = 33, speeds = [2812, 937], acceleration = 20000, angle_deg = 0.0, travel_deg = 40.0 }",
 );
 

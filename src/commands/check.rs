@@ -86,6 +86,9 @@ struct Check {
     bus: BusCheck,
     /// Are counts and torques held against the model?
     supervised: bool,
+    /// What a drive's dictionary leaves open of what is watched in a run.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    unjudged: Vec<String>,
     /// What ends the task on the simulated robot, controller 1, without disturbance; nothing if it is completed.
     stopped_by: Option<String>,
 }
@@ -99,11 +102,14 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
     let bought = Bought::read(&arguments.dictionaries, &robot.description.nodes())?;
     let mut check = check(arguments.robot.as_deref(), &robot);
-    let stopped_by = match rehearse(&robot, &bought, Law::Nonlinear, Disturbance::None)? {
-        SimulatedEnd::Completed(_) => None,
-        SimulatedEnd::Failed(cause) => Some(with_causes(&cause)),
+    check.unjudged = bought.unjudged(&robot);
+    check.stopped_by = match bought.refusal(&robot)? {
+        Some(refusal) => Some(refusal.to_string()),
+        None => match rehearse(&robot, &bought, Law::Nonlinear, Disturbance::None)? {
+            SimulatedEnd::Completed(_) => None,
+            SimulatedEnd::Failed(cause) => Some(with_causes(&cause)),
+        },
     };
-    check.stopped_by = stopped_by;
     if arguments.json {
         console::print_json(&check)?;
     } else {
@@ -150,6 +156,7 @@ fn check(file: Option<&Path>, robot: &Robot) -> Check {
             drive_timeout_ms: milliseconds(bus.drive_timeout),
         },
         supervised: description.supervision.is_some(),
+        unjudged: Vec::new(),
         stopped_by: None,
     }
 }
@@ -180,6 +187,9 @@ fn print(output: &mut impl Write, check: &Check) -> std::io::Result<()> {
     )?;
     if !check.supervised {
         writeln!(output, "  {}", robot::UNSUPERVISED)?;
+    }
+    for line in &check.unjudged {
+        writeln!(output, "  {line}")?;
     }
     writeln!(output, "  the task is within the limits of its joints")?;
     match &check.stopped_by {

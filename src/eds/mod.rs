@@ -2,6 +2,7 @@
 
 mod drive;
 mod objects;
+mod readings;
 
 use std::path::Path;
 
@@ -13,6 +14,7 @@ use crate::text_file;
 
 pub use drive::maker_dictionary;
 pub use objects::DictionaryObjects;
+pub use readings::{unstated, with_good_readings};
 
 /// Reads an EDS or DCF file, and tells on standard error what in it cannot be read.
 ///

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use uarm_eds::{Address, Dictionary, Kind, Object as Described, Value};
 use uarm_io::drive::objects::Object;
-use uarm_io::drive::survey::{Access, Answer, Answered, ObjectSource, PdoSearch};
+use uarm_io::drive::survey::{Access, Answer, Answered, ObjectSource, SourceKind};
 
 /// The objects of a dictionary, at one node.
 #[derive(Clone, Copy, Debug)]
@@ -33,8 +33,8 @@ impl ObjectSource for DictionaryObjects<'_> {
         Ok(answered.unwrap_or_else(|| Answered::by_drive(Answer::Absent)))
     }
 
-    fn pdo_search(&self) -> PdoSearch {
-        PdoSearch::All
+    fn kind(&self) -> SourceKind {
+        SourceKind::DictionaryFile
     }
 }
 

@@ -15,7 +15,7 @@ fn robot(keys: &str) -> Robot {
     Robot::parse(Path::new("robot.toml"), &text, &Overrides::default()).unwrap()
 }
 
-const MARKED: &str = "power_marker = { index = 0x6075, subindex = 0, type = \"u32\", value = 77 }";
+const MARKED: &str = "power_marker = { index = 0x6081, subindex = 0, type = \"u32\", value = 77 }";
 
 /// Joint 2 at 20 degrees, where its counter showed 2000: zero is at 2000 - 1874 counts (33 739 / 18 = 1874.4).
 fn reference(robot: &Robot) -> References {

@@ -1,10 +1,12 @@
 //! What a robot wants of a joint's drive: checked.
 
 use uarm_io::drive::pdo_objects::{PdoKind, PdoNumber};
+use uarm_io::drive::power_marker::conflict;
 use uarm_io::drive::wishes::{
     AbortOption, DriveConfiguration, MAX_SETTINGS, PdoChannel, Pdos, PinnedIdentity, Resolution, Setting, Settings,
     TorqueApplies, TorqueReference, Watchdog, WatchdogTest,
 };
+use uarm_io::drive::words::Named;
 use uarm_io::drive::{Address, NodeId, Value};
 use uarm_io::embedded_can::StandardId;
 use uarm_io::torque::{RatedTorque, TorqueCeiling};
@@ -46,7 +48,7 @@ impl DriveCheck<'_> {
     ) -> Result<DriveConfiguration, RobotError> {
         let torque_applies = self.drive().torque_applies.unwrap_or_default();
         let file::Identity { vendor, product, serial } = self.drive().identity;
-        Ok(DriveConfiguration {
+        let configuration = DriveConfiguration {
             identity: PinnedIdentity { vendor, product, serial },
             resolution: self.resolution(),
             torque_reference: self.torque_reference()?,
@@ -61,7 +63,12 @@ impl DriveCheck<'_> {
             settings: self.settings(file::When::Before)?,
             later_settings: self.settings(file::When::After)?,
             ..DriveConfiguration::new(node, self.joint.encoder.counts_per_revolution, rated_torque)
-        })
+        };
+        if let (Some(marker), Some(expected)) = (configuration.power_marker, conflict(&configuration)) {
+            let field = format!("joints[{}].encoder.power_marker", self.index);
+            return Err(self.check.refuse(field, Named(marker.address), expected));
+        }
+        Ok(configuration)
     }
 
     fn resolution(&self) -> Resolution {

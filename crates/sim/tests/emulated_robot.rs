@@ -50,7 +50,7 @@ fn objects_are_read_and_written_by_sdo() {
     assert_eq!(name.as_str(), Some("UARM emulated drive"), "19 bytes: a segmented transfer");
     assert_eq!(master.write(1, 0x6064, 0, Value::Integer32(0)), Err(0x0601_0002), "read only");
     assert_eq!(master.write(1, 0x6060, 0, Value::Integer8(8)), Err(0x0609_0030), "mode out of range");
-    assert_eq!(master.read(1, 0x6081, 0, DataType::Unsigned32), Err(0x0602_0000), "no such object");
+    assert_eq!(master.read(1, 0x6084, 0, DataType::Unsigned32), Err(0x0602_0000), "no such object");
 }
 
 #[test]

@@ -11,6 +11,7 @@
 //! | [`wishes`] | what a robot wants of a drive |
 //! | [`survey`] | what a drive, or its dictionary file, says of itself |
 //! | [`plan`](mod@plan) | from both: what is written, and what is found |
+//! | [`power_marker`] | which object can tell of a loss of power |
 //! | [`network`] | the master: start, cycle, supervision, stop |
 //! | [`odrive`] | ODrive axes, another protocol: messages and master |
 //! | [`robot_drives`] | what the control loop needs of drives, whatever protocol they speak |
@@ -22,6 +23,7 @@ pub mod objects;
 pub mod odrive;
 pub mod pdo_objects;
 pub mod plan;
+pub mod power_marker;
 pub mod readings;
 pub mod robot_drives;
 pub mod sdo;

@@ -177,6 +177,7 @@ pub const OBJECTS: &[DictionaryEntry] = &[
     mapped(Mappable::Transmit, 0x6077, Ro, |_| Value::Integer16(0)),
     mapped(Mappable::Transmit, 0x6079, Ro, |_| Value::Unsigned32(SUPPLY_MILLIVOLTS)),
     entry(0x607C, 0, Rw, |_| Value::Integer32(0)),
+    entry(0x6081, 0, Rw, |_| Value::Unsigned32(0)),
     entry(0x608F, 0, Const, |_| Value::Unsigned8(2)),
     entry(0x608F, 1, Ro, |drive| Value::Unsigned32(drive.encoder().description().counts_per_revolution)),
     entry(0x608F, 2, Ro, |_| Value::Unsigned32(1)),
@@ -191,7 +192,7 @@ pub const OBJECTS: &[DictionaryEntry] = &[
     mapped(Mappable::Transmit, 0x60FD, Ro, |_| Value::Unsigned32(0)),
     entry(0x60FE, 0, Const, |_| Value::Unsigned8(1)),
     entry(0x60FE, 1, Ro, |_| Value::Unsigned32(BRAKE_OUTPUT)),
-    entry(0x6502, 0, Const, |_| Value::Unsigned32(objects::CYCLIC_SYNCHRONOUS_TORQUE_BIT | objects::HOMING_BIT)),
+    entry(0x6502, 0, Ro, |_| Value::Unsigned32(objects::CYCLIC_SYNCHRONOUS_TORQUE_BIT | objects::HOMING_BIT)),
 ];
 
 /// 6079h of a drive with a good supply, mV.

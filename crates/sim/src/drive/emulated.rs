@@ -146,7 +146,8 @@ impl<const N: usize> EmulatedDrive<N> {
     pub fn repair(&mut self, now: Instant, outbox: &mut Outbox) {
         let had_no_power = self.faults.power_lost;
         let encoder_offset = self.faults.encoder_offset;
-        self.faults = Faults { encoder_offset, ..Faults::default() };
+        let repaired = core::mem::replace(&mut self.faults, Faults { encoder_offset, ..Faults::default() });
+        self.recover_readings(&repaired);
         self.report_due = false;
         self.late = None;
         if had_no_power {

@@ -1,6 +1,8 @@
 //! The drive's power stage: commands, faults, torque, and the objects that show them.
 
-use super::dictionary::{BRAKE_OUTPUT, SUPPLY_MILLIVOLTS, TEMPERATURE_TENTHS};
+use super::dictionary::BRAKE_OUTPUT;
+use super::faults::Faults;
+use super::numbers::number_of;
 use super::state::EmulatedDrive;
 use crate::outbox::Outbox;
 use canopen_rs::{Address, ErrorRegister};
@@ -150,6 +152,18 @@ impl<const N: usize> EmulatedDrive<N> {
         i16::try_from(limit).unwrap_or(i16::MAX)
     }
 
+    /// Lets the drive show the supply and the temperature again that it has at power-on, once `faults` have changed them.
+    pub(super) fn recover_readings(&mut self, faults: &Faults) {
+        for (address, was_changed) in
+            [(SUPPLY_VOLTAGE, faults.supply_voltage.is_some()), (TEMPERATURE, faults.temperature.is_some())]
+        {
+            let at_power_on = self.objects.object(address).and_then(|object| number_of(&object.value?));
+            if let (true, Some(number)) = (was_changed, at_power_on) {
+                self.set_number(address, number);
+            }
+        }
+    }
+
     /// Brings the objects that show the drive's state up to date.
     pub(super) fn publish(&mut self) {
         let torque = self.torque_per_mille();
@@ -164,9 +178,12 @@ impl<const N: usize> EmulatedDrive<N> {
         self.set_number(od::STATUSWORD.address(), status.bits().into());
         self.set_number(TORQUE_DEMAND, torque.applied.into());
         self.set_number(od::TORQUE_ACTUAL.address(), torque.applied.into());
-        let voltage = self.faults.supply_voltage.unwrap_or(SUPPLY_MILLIVOLTS);
-        self.set_number(SUPPLY_VOLTAGE, voltage.into());
-        self.set_number(TEMPERATURE, self.faults.temperature.unwrap_or(TEMPERATURE_TENTHS).into());
+        if let Some(millivolts) = self.faults.supply_voltage {
+            self.set_number(SUPPLY_VOLTAGE, millivolts.into());
+        }
+        if let Some(tenths) = self.faults.temperature {
+            self.set_number(TEMPERATURE, tenths.into());
+        }
         let outputs = if self.power == PowerState::OperationEnabled { 0 } else { BRAKE_OUTPUT };
         self.set_number(DIGITAL_OUTPUTS, outputs.into());
         if let Some(mode) = self.number(od::MODE_OF_OPERATION.address()) {

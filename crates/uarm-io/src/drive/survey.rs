@@ -143,20 +143,21 @@ pub trait ObjectSource {
     /// If nothing can be said, not even that the object is absent.
     fn ask(&mut self, object: &Object) -> Result<Answered, Self::Error>;
 
-    /// How far its PDOs are looked for.
-    fn pdo_search(&self) -> PdoSearch {
-        PdoSearch::UntilGap
+    /// Which of the two it is.
+    fn kind(&self) -> SourceKind {
+        SourceKind::Drive
     }
 }
 
-/// How far the PDOs of a drive are looked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PdoSearch {
-    /// Until [`LONGEST_GAP`] numbers in a row are absent, and those that the robot file names: a drive is asked over SDO, and all 512 of both directions would take a
-    /// slow one a minute.
-    UntilGap,
-    /// All 512 numbers: a dictionary file answers at once.
-    All,
+/// What answers for a drive's objects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SourceKind {
+    /// The drive, over SDO: values are those of now. PDOs are looked for until [`LONGEST_GAP`] numbers in a row are absent, and
+    /// those that the robot file names: all 512 of both directions would take a slow drive a minute.
+    #[default]
+    Drive,
+    /// A dictionary file: values are those at power-up. It answers at once, and is asked for all 512 PDOs.
+    DictionaryFile,
 }
 
 /// Objects of a mapping that are looked at; no mapping of this master is longer.
@@ -271,6 +272,7 @@ pub struct Survey {
     rpdos: Pdos,
     tpdos: Pdos,
     room: Room,
+    source: SourceKind,
 }
 
 type Pdos = heapless::Vec<PdoRecord, MOST_PDOS>;
@@ -295,7 +297,7 @@ impl Survey {
         others: impl IntoIterator<Item = (Address, DataType)>,
         is_named: impl Fn(PdoKind, PdoNumber) -> bool,
     ) -> Result<Self, S::Error> {
-        let mut survey = Self::default();
+        let mut survey = Self { source: source.kind(), ..Self::default() };
         for object in ASKED {
             survey.ask(source, object)?;
         }
@@ -352,6 +354,11 @@ impl Survey {
         self.get(object).answer.number()
     }
 
+    /// What answered.
+    pub const fn source(&self) -> SourceKind {
+        self.source
+    }
+
     /// Whether all PDOs that are on were looked at.
     pub const fn room(&self) -> Room {
         self.room
@@ -380,7 +387,7 @@ fn pdos<S: ObjectSource>(
     let (mut found, mut gap, mut reach) = (Pdos::new(), 0, Reach::Asked);
     for number in PdoNumber::all() {
         let is_named = is_named(kind, number);
-        if reach == Reach::BehindGap && !is_named && source.pdo_search() == PdoSearch::UntilGap {
+        if reach == Reach::BehindGap && !is_named && source.kind() == SourceKind::Drive {
             continue;
         }
         let identifier = source.ask(&kind.identifier(number))?;

@@ -1,7 +1,6 @@
 //! The plan for a drive, again and again with what it asks for, until it asks for nothing more.
 
-use uarm_io::drive::objects;
-use uarm_io::drive::plan::{Finding, Plan, Question, Verdict, plan};
+use uarm_io::drive::plan::{Finding, Plan, Question, Verdict};
 use uarm_io::drive::survey::Survey;
 use uarm_io::drive::wishes::DriveConfiguration;
 use uarm_io::drive::words::Named;
@@ -98,10 +97,7 @@ fn plan_for(
     survey: &mut impl FnMut(&DriveConfiguration) -> anyhow::Result<Survey>,
 ) -> anyhow::Result<Plan> {
     let (drive, network) = candidate.wishes()?;
-    let survey = survey(&drive)?;
-    let can_count = survey.get(&objects::SYNC_COUNTER_OVERFLOW).answer.is_there();
-    let protocol = network.protocol(network.sync_counter.payload(can_count));
-    Ok(plan(&survey, &drive, &protocol))
+    Ok(network.plan(&survey(&drive)?, &drive))
 }
 
 impl Outcome {

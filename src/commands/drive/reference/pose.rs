@@ -138,9 +138,9 @@ mod tests {
         Robot::parse(Path::new("robot.toml"), &text, &Overrides::default()).unwrap()
     }
 
-    /// Joint 2's encoder is incremental; 6075h, the rated current, is 1000 in the emulated drive.
+    /// Joint 2's encoder is incremental; 6081h, the profile velocity, is 0 in the emulated drive.
     fn incremental(marker: u32) -> Robot {
-        let marker = format!("power_marker = {{ index = 0x6075, subindex = 0, type = \"u32\", value = {marker} }}");
+        let marker = format!("power_marker = {{ index = 0x6081, subindex = 0, type = \"u32\", value = {marker} }}");
         robot(&format!("zero_counts = 0, reference = \"incremental\", {marker}"))
     }
 
@@ -165,7 +165,7 @@ mod tests {
         // What the marker is for.
         link.inject(Joint::Two, DriveFault::PowerLost);
         link.repair(Joint::Two);
-        assert_eq!(marker(&mut link), Some(Value::Unsigned32(1_000)));
+        assert_eq!(marker(&mut link), Some(Value::Unsigned32(0)));
     }
 
     #[test]
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_marker_that_the_drive_has_at_power_on_is_refused() {
-        let (robot, (mut link, clock)) = (incremental(1_000), bus());
+        let (robot, (mut link, clock)) = (incremental(0), bus());
         let before = read(&robot, &[1], &mut link, &clock).unwrap();
         let error = set(&robot, &[1], &ANGLES, &before, None, &mut link, &clock).unwrap_err().to_string();
         assert!(error.contains("choose another value or object"), "{error}");

@@ -1,6 +1,8 @@
 //! What the master has to know of its drives before it starts them.
 
-use crate::drive::plan::interpolation_times;
+use crate::drive::objects::SYNC_COUNTER_OVERFLOW;
+use crate::drive::plan::{Plan, interpolation_times, plan};
+use crate::drive::survey::Survey;
 use crate::drive::wire::{Channel, MASTER_NODE};
 use crate::drive::wishes::{DriveConfiguration, HeartbeatError, Heartbeats, Protocol, SyncCounterChoice, SyncPayload};
 use canopen_rs::NodeId;
@@ -154,6 +156,12 @@ impl<const JOINTS: usize> NetworkConfiguration<JOINTS> {
     /// What the drives share, with this SYNC.
     pub fn protocol(&self, sync_payload: SyncPayload) -> Protocol {
         Protocol { period: self.period, heartbeats: self.heartbeats, sync_payload }
+    }
+
+    /// The plan of a start for `drive`, of which `survey` tells, where the other drives take the SYNC as it does.
+    pub fn plan(&self, survey: &Survey, drive: &DriveConfiguration) -> Plan {
+        let can_count = survey.get(&SYNC_COUNTER_OVERFLOW).answer.is_there();
+        plan(survey, drive, &self.protocol(self.sync_counter.payload(can_count)))
     }
 
     /// Every identifier that the master listens to: what a link needs for its filters.

@@ -3,8 +3,9 @@
 use super::finding::{Finding, Question, Remedy, Verdict, Wanted};
 use super::planner::Planner;
 use crate::drive::objects;
+use crate::drive::power_marker::conflict;
 use crate::drive::readings::Quantity;
-use crate::drive::survey::Answer;
+use crate::drive::survey::{Answer, SourceKind};
 use canopen_rs::{Address, DataType};
 
 impl Planner<'_> {
@@ -37,7 +38,7 @@ impl Planner<'_> {
         })
     }
 
-    /// The object of the mark: it can be read, and can be written with the mark's value.
+    /// The object of the mark: nobody uses it, it can be read, can be written with the mark's value, and has another at power-up.
     pub(super) fn power_marker(&mut self) -> Finding {
         const REMEDY: &str =
             "another encoder.power_marker: an object that can be written and that the drive forgets with its power";
@@ -52,7 +53,19 @@ impl Planner<'_> {
         let can_hold = matches!(row.found, Answer::Number(_) | Answer::Unstated)
             && known.access.may_read()
             && Answer::of(marker.value).number().is_some_and(|value| known.may_become(value));
-        if can_hold { row } else { row.with(Verdict::Cannot, Remedy::RobotFile(REMEDY)) }
+        if let Some(wanted) = conflict(self.drive) {
+            return Finding { wanted: Wanted::Words(wanted), ..row }.with(Verdict::Cannot, Remedy::RobotFile(REMEDY));
+        }
+        if !can_hold {
+            return row.with(Verdict::Cannot, Remedy::RobotFile(REMEDY));
+        }
+        // A drive on the bus may have its mark already.
+        if self.survey.source() == SourceKind::DictionaryFile && row.found == Answer::of(marker.value) {
+            let wanted = Wanted::Words("another value at power-up than the mark: a loss of power would not be seen");
+            return Finding { wanted, ..row }
+                .with(Verdict::Cannot, Remedy::RobotFile("another encoder.power_marker.value"));
+        }
+        row
     }
 
     /// The row of an object that is to have this type: what was found is another type where one is stated.

@@ -9,7 +9,7 @@ mod scales;
 use super::*;
 use crate::drive::objects::{self, Object};
 use crate::drive::pdo_objects::{PdoKind, PdoNumber};
-use crate::drive::survey::{Access, Answered, ObjectSource, PdoSearch};
+use crate::drive::survey::{Access, Answered, ObjectSource, SourceKind};
 use crate::drive::wishes::{
     AbortOption, Heartbeats, Homing, Operation, PinnedIdentity, Resolution, Setting, SyncCounterChoice, SyncPayload,
     TorqueReference, Watchdog, WatchdogTest,
@@ -32,6 +32,21 @@ impl ObjectSource for Dictionary {
 
     fn ask(&mut self, object: &Object) -> Result<Answered, Infallible> {
         Ok(self.0.get(&(object.index, object.subindex)).copied().unwrap_or_default())
+    }
+}
+
+/// The same, where it says that it is a file.
+struct File(Dictionary);
+
+impl ObjectSource for File {
+    type Error = Infallible;
+
+    fn ask(&mut self, object: &Object) -> Result<Answered, Infallible> {
+        self.0.ask(object)
+    }
+
+    fn kind(&self) -> SourceKind {
+        SourceKind::DictionaryFile
     }
 }
 
@@ -123,6 +138,11 @@ fn survey(mut dictionary: Dictionary, drive: &DriveConfiguration) -> Survey {
 
 fn planned(dictionary: Dictionary, drive: &DriveConfiguration) -> Plan {
     plan(&survey(dictionary, drive), drive, &protocol())
+}
+
+fn planned_from_file(dictionary: Dictionary, drive: &DriveConfiguration) -> Plan {
+    let Ok(survey) = survey_of(&mut File(dictionary), drive);
+    plan(&survey, drive, &protocol())
 }
 
 fn finding(plan: &Plan, question: Question) -> Finding {

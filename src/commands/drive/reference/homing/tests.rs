@@ -23,7 +23,7 @@ const PLAIN: &str =
 const INDEX: &str = "method = 33, speeds = [2812, 937], acceleration = 20000, angle_deg = 0.0, travel_deg = 40.0";
 
 fn robot(homing: &str) -> Robot {
-    let marker = "power_marker = { index = 0x6075, subindex = 0, type = \"u32\", value = 77 }";
+    let marker = "power_marker = { index = 0x6081, subindex = 0, type = \"u32\", value = 77 }";
     let keys = format!("{PLAIN}, reference = \"incremental\", {marker}, homing = {{ {homing} }}");
     let text = BUILT_IN.replace(PLAIN, &keys).replace("velocity_deg_per_s = 360.0", "velocity_deg_per_s = 80.0");
     Robot::parse(Path::new("robot.toml"), &text, &Overrides::default()).unwrap()

@@ -135,25 +135,10 @@ fn a_torque_that_acts_at_the_sync_has_type_1() {
 /// start would leave it on, unless `drive.writes` switches it off.
 #[test]
 fn a_pdo_behind_a_gap_needs_an_entry_of_its_own() {
-    struct File(Dictionary);
-    impl ObjectSource for File {
-        type Error = Infallible;
-
-        fn ask(&mut self, object: &Object) -> Result<Answered, Infallible> {
-            self.0.ask(object)
-        }
-
-        fn pdo_search(&self) -> PdoSearch {
-            PdoSearch::All
-        }
-    }
     let dictionary = drive().pdo(0x1813, 0x4000_0482, 255, &[0x6041_0010]);
     let of_drive = planned(dictionary.clone(), &wishes());
     assert_eq!(of_index(&written(&of_drive), &["1813"]), [""; 0]);
-    let of_file = |wishes: &DriveConfiguration| {
-        let Ok(survey) = survey_of(&mut File(dictionary.clone()), wishes);
-        plan(&survey, wishes, &protocol())
-    };
+    let of_file = |wishes: &DriveConfiguration| planned_from_file(dictionary.clone(), wishes);
     let plan = of_file(&wishes());
     let off = Setting::new(Address::new(0x1813, 1), Value::Unsigned32(0xC000_0482));
     assert_eq!(finding(&plan, Question::OtherPdos).remedy, Remedy::Write(off));

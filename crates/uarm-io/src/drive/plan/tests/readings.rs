@@ -75,3 +75,26 @@ fn the_mark_must_be_writable_with_its_value() {
         assert!(refused.remedy.to_string().contains("encoder.power_marker"), "{refused}");
     }
 }
+
+/// A file says what a drive has after its power was lost; a drive on the bus may have been marked before.
+#[test]
+fn the_mark_is_another_value_than_at_power_up() {
+    let reads_so = || drive().rw(0x6081, 0, 300);
+    assert!(planned(reads_so(), &marked()).refusal().is_none());
+    let refused = *planned_from_file(reads_so(), &marked()).refusal().unwrap();
+    assert_eq!((refused.question, refused.object), (Question::PowerMarker, Address::new(0x6081, 0)));
+    assert!(refused.to_string().contains("300 (12Ch), expected another value at power-up"), "{refused}");
+    assert_eq!(refused.remedy.to_string(), "another encoder.power_marker.value");
+    for dictionary in [drive().rw(0x6081, 0, 299), drive().unstated(0x6081, 0, Access::ReadWrite)] {
+        assert!(planned_from_file(dictionary, &marked()).refusal().is_none());
+    }
+}
+
+#[test]
+fn the_mark_is_in_an_object_that_nobody_uses() {
+    let marker = Setting::new(Address::new(0x6072, 0), Value::Unsigned16(300));
+    let drive_wanted = DriveConfiguration { power_marker: Some(marker), ..wishes() };
+    let refused = *planned(drive().rw(0x6072, 0, 1000), &drive_wanted).refusal().unwrap();
+    assert_eq!((refused.question, refused.object), (Question::PowerMarker, Address::new(0x6072, 0)));
+    assert!(refused.wanted.to_string().contains("the drive acts on it"), "{refused}");
+}
