@@ -35,6 +35,8 @@ pub mod console;
 pub mod dimensions;
 pub mod drives;
 pub mod eds;
+#[cfg(test)]
+mod emulated_bus;
 pub mod error_text;
 pub mod exit;
 pub mod figures;

@@ -57,25 +57,11 @@ fn answers<T, E>(outcome: Result<T, SdoError<E>>) -> Result<Result<(), SdoError<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Robot;
-    use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
-    use hinf_control::Disturbance;
+    use crate::emulated_bus::{bus, node};
     use uarm_io::drive::Value;
     use uarm_io::drive::objects::PRODUCER_HEARTBEAT_TIME;
     use uarm_io::frame::Frame;
     use uarm_io::link::{FrameDirection, ObservedLink};
-    use uarm_sim::{EmulatedRobot, InProcessLink, Pacing, VirtualClock};
-
-    fn bus() -> (InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>, VirtualClock) {
-        let robot = Robot::load(None).unwrap();
-        let plant = SimulatedPlant::new(&robot, PlantChoice::Ideal, Disturbance::None).unwrap();
-        let clock = VirtualClock::default();
-        (InProcessLink::new(emulate(&robot, plant, Pacing::WallClock).unwrap(), clock.clone()), clock)
-    }
-
-    fn node() -> NodeId {
-        NodeId::new(2).unwrap()
-    }
 
     /// The NMT commands that are sent to make node 2 answer, after `before`.
     fn commands(before: &[NmtCommand]) -> (anyhow::Result<()>, Vec<Frame>) {

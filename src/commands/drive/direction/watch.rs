@@ -68,25 +68,12 @@ fn demand_off(node: NodeId, statusword: Statusword) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Robot;
-    use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
-    use hinf_control::Disturbance;
+    use crate::emulated_bus::{bus, node};
     use uarm_io::drive::cia402::Command;
     use uarm_io::drive::cia402::Controlword;
     use uarm_io::encoder::Direction;
+    use uarm_sim::Joint;
     use uarm_sim::drive::DriveFault;
-    use uarm_sim::{EmulatedRobot, InProcessLink, Joint, Pacing, VirtualClock};
-
-    fn bus() -> (InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>, VirtualClock) {
-        let robot = Robot::load(None).unwrap();
-        let plant = SimulatedPlant::new(&robot, PlantChoice::Ideal, Disturbance::None).unwrap();
-        let clock = VirtualClock::default();
-        (InProcessLink::new(emulate(&robot, plant, Pacing::WallClock).unwrap(), clock.clone()), clock)
-    }
-
-    fn node() -> NodeId {
-        NodeId::new(2).unwrap()
-    }
 
     #[test]
     fn a_joint_that_was_turned_before_the_end_is_seen() {

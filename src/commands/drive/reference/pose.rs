@@ -122,13 +122,12 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::emulated_bus::{Bus, bus_of};
     use crate::robot::BUILT_IN;
     use crate::robot::overrides::Overrides;
-    use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
-    use hinf_control::Disturbance;
     use uarm_io::drive::Value;
     use uarm_sim::drive::DriveFault;
-    use uarm_sim::{EmulatedRobot, InProcessLink, Joint, Pacing, VirtualClock};
+    use uarm_sim::{Joint, VirtualClock};
 
     const ANGLES: [f64; JOINTS] = [0.0, 20.0, 20.0];
 
@@ -144,12 +143,9 @@ mod tests {
         robot(&format!("zero_counts = 0, reference = \"incremental\", {marker}"))
     }
 
-    /// A robot at the start of its task, 0, 20 and 20 degrees, whose second counter happens to show 5000 at angle zero.
-    fn bus() -> (InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>, VirtualClock) {
-        let robot = robot("zero_counts = 5000");
-        let plant = SimulatedPlant::new(&robot, PlantChoice::Ideal, Disturbance::None).unwrap();
-        let clock = VirtualClock::default();
-        (InProcessLink::new(emulate(&robot, plant, Pacing::WallClock).unwrap(), clock.clone()), clock)
+    /// Joint 2's counter happens to show 5000 at angle zero.
+    fn bus() -> (Bus, VirtualClock) {
+        bus_of(&robot("zero_counts = 5000"))
     }
 
     #[test]

@@ -1,8 +1,7 @@
 use super::trial::End;
 use super::*;
 use crate::commands::drive::enabled::Enabled;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
-use hinf_control::Disturbance;
+use crate::emulated_bus::{Bus, bus_of};
 use uarm_io::drive::cia402::{Command, Controlword, PowerState};
 use uarm_io::drive::objects::CONTROLWORD;
 use uarm_io::drive::sdo::{Bystander, Patience};
@@ -10,19 +9,15 @@ use uarm_io::drive::wire::{self, Channel};
 use uarm_io::drive::{NmtCommand, Value};
 use uarm_io::frame::Frame;
 use uarm_io::link::{FrameDirection, ObservedLink};
+use uarm_sim::VirtualClock;
 use uarm_sim::drive::DriveFault;
-use uarm_sim::{EmulatedRobot, InProcessLink, Pacing, VirtualClock};
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(100), attempts: 1 };
-
-type Bus = InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>;
 
 /// The paper's robot on its bus, where somebody has enabled the other two drives.
 fn bus() -> (Robot, Bus, VirtualClock) {
     let robot = Robot::load(None).unwrap();
-    let plant = SimulatedPlant::new(&robot, PlantChoice::Ideal, Disturbance::None).unwrap();
-    let clock = VirtualClock::default();
-    let mut link = InProcessLink::new(emulate(&robot, plant, Pacing::WallClock).unwrap(), clock.clone());
+    let (mut link, clock) = bus_of(&robot);
     let mut somebody = Bystander::new(&mut link, &clock, PATIENCE, |_| {});
     for node in [1, 3].map(|node| NodeId::new(node).unwrap()) {
         somebody.send(&wire::nmt_frame(NmtCommand::StartRemoteNode, node)).unwrap();

@@ -2,20 +2,17 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::*;
+use crate::emulated_bus::{Bus, bus_of, node};
 use crate::reference::verify::verify;
 use crate::robot::BUILT_IN;
 use crate::robot::overrides::Overrides;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
-use hinf_control::Disturbance;
-use uarm_io::drive::Value;
 use uarm_io::drive::cia402::PowerState;
 use uarm_io::drive::wire::Channel;
+use uarm_io::drive::{Address, Value};
 use uarm_io::frame::Frame;
 use uarm_io::link::{FrameDirection, ObservedLink};
 use uarm_sim::drive::DriveFault;
-use uarm_sim::{EmulatedRobot, InProcessLink, Joint, Pacing, Plant, VirtualClock};
-
-type Bus = InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>;
+use uarm_sim::{Joint, Plant, VirtualClock};
 
 const PLAIN: &str =
     "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0";
@@ -32,14 +29,7 @@ fn robot(homing: &str) -> Robot {
 /// The robot of its file in virtual time, whose second counter shows 5000 at angle zero.
 fn bus() -> (Bus, VirtualClock) {
     let text = BUILT_IN.replace(PLAIN, &PLAIN.replace("zero_counts = 0", "zero_counts = 5000"));
-    let robot = Robot::parse(Path::new("robot.toml"), &text, &Overrides::default()).unwrap();
-    let plant = SimulatedPlant::new(&robot, PlantChoice::Ideal, Disturbance::None).unwrap();
-    let clock = VirtualClock::default();
-    (InProcessLink::new(emulate(&robot, plant, Pacing::WallClock).unwrap(), clock.clone()), clock)
-}
-
-fn node() -> NodeId {
-    NodeId::new(2).unwrap()
+    bus_of(&Robot::parse(Path::new("robot.toml"), &text, &Overrides::default()).unwrap())
 }
 
 /// Homes, and returns what came of it, and the bus as it then is.
@@ -93,6 +83,53 @@ fn home_becomes_the_reference_of_its_joint() {
         let angle = verify(&robot.file.joints[1], &robot.description.joints[1], reference, &shown).unwrap();
         // A count is 0.011 degrees.
         assert!((angle.to_degrees() - joint_2(&bus)).abs() < 0.02, "{} {}", angle.to_degrees(), joint_2(&bus));
+    }
+}
+
+/// CiA 402-2, homing mode: 6098h the method, 6099h:01 and :02 the speeds, 609Ah the acceleration, 607Ch the offset.
+#[test]
+fn method_speeds_acceleration_and_offset_are_the_files() {
+    let homing = "method = 37, speeds = [2812, 937], acceleration = 20000, angle_deg = 20.0, travel_deg = 1.0, \
+                  offset = 300, counts_at_home = -300";
+    let (outcome, bus, _) = homed(homing, |_| {});
+    outcome.unwrap();
+    let drive = bus.robot().drive(Joint::Two);
+    for (index, subindex, expected) in [
+        (0x6098, 0, Value::Integer8(37)),
+        (0x6099, 1, Value::Unsigned32(2812)),
+        (0x6099, 2, Value::Unsigned32(937)),
+        (0x609A, 0, Value::Unsigned32(20_000)),
+        (0x607C, 0, Value::Integer32(300)),
+    ] {
+        assert_eq!(drive.object(Address::new(index, subindex)), Some(expected), "{index:X}h:{subindex:02X}");
+    }
+}
+
+/// From 20 degrees to the index at 0, with 937 counts or 10 degrees per second: 2 s, and what starting and stopping take.
+#[test]
+fn the_joint_turns_at_the_files_speed() {
+    let (bus, clock) = bus();
+    let mut homing_cycles = 0;
+    let observed = ObservedLink::new(bus, |direction, frame: &Frame, _| {
+        let is_command = direction == FrameDirection::Sent && Channel::of(frame.id()) == Some(Channel::Rpdo1(node()));
+        if is_command && frame.data()[0] & 0x10 != 0 {
+            homing_cycles += 1;
+        }
+    });
+    homed_on(INDEX, None, observed, clock).0.unwrap();
+    let took = f64::from(homing_cycles) * 3e-3;
+    assert!((2.0..2.5).contains(&took), "{took} s");
+}
+
+/// Just so long as the file allows, and not a second longer.
+#[test]
+fn a_homing_ends_at_the_files_timeout() {
+    for (timeout_s, ends) in [(2, true), (3, false)] {
+        let (outcome, bus, _) = homed(&format!("{INDEX}, timeout_s = {timeout_s}"), |_| {});
+        let message = outcome.as_ref().err().map(|error| format!("{error:#}")).unwrap_or_default();
+        assert_eq!(outcome.is_err(), ends, "{timeout_s} s: {message}");
+        assert!(!ends || message.contains("not home after 2s"), "{message}");
+        assert_braked(&bus);
     }
 }
 

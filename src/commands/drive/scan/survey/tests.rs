@@ -1,19 +1,8 @@
 use super::*;
-use crate::robot::Robot;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
-use hinf_control::Disturbance;
+use crate::emulated_bus::bus;
 use uarm_io::drive::wire::Channel;
 use uarm_io::frame::Frame;
 use uarm_io::link::{FrameDirection, ObservedLink};
-use uarm_sim::{EmulatedRobot, InProcessLink, Pacing, VirtualClock};
-
-/// A bus with the paper's three emulated drives, just switched on.
-fn bus() -> (InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>, VirtualClock) {
-    let robot = Robot::load(None).unwrap();
-    let plant = SimulatedPlant::new(&robot, PlantChoice::Ideal, Disturbance::None).unwrap();
-    let clock = VirtualClock::default();
-    (InProcessLink::new(emulate(&robot, plant, Pacing::WallClock).unwrap(), clock.clone()), clock)
-}
 
 /// What a scan finds there, and what it sent.
 fn scan(asking: Asking) -> (Scan, Vec<Frame>) {
