@@ -130,6 +130,13 @@ mod tests {
         keep * prior * keep.transpose() + gain * gain.transpose()
     }
 
+    /// A constant acceleration of 1 takes the angle by t²/2.
+    #[test]
+    fn a_state_is_taken_on_by_its_taylor_matrix() {
+        assert_eq!(transition(2.0), Matrix3::new(1.0, 2.0, 2.0, 0.0, 1.0, 2.0, 0.0, 0.0, 1.0));
+        assert_eq!(transition(0.5), Matrix3::new(1.0, 0.5, 0.125, 0.0, 1.0, 0.5, 0.0, 0.0, 1.0));
+    }
+
     /// The doubling against the plain recursion of the filter, run until it stands.
     #[test]
     fn the_riccati_solution_is_where_the_recursion_ends() {

@@ -259,3 +259,27 @@ proptest! {
         }
     }
 }
+
+/// What an estimator at rest at 0 rad that turns with 1 rad/s makes of an angle.
+fn step(method: &impl EstimationMethod<f64>, position: f64, period: f64) -> Estimate<f64> {
+    method.step(&Estimate { position: 0.0, velocity: 1.0, acceleration: 0.0 }, position, period)
+}
+
+/// Half of each difference, for α = 1 − exp(−ω T) = 1/2: 3 rad/s now, so 2 rad/s, 1 rad/s more than 10 ms ago.
+#[test]
+fn a_step_of_the_low_pass_is_the_share_alpha_of_the_difference() {
+    let method = LowPassDerivative::new(100.0 * std::f64::consts::LN_2).unwrap();
+    let estimate = step(&method, 0.03, 0.01);
+    assert_abs_diff_eq!(estimate.velocity, 2.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(estimate.acceleration, 100.0, epsilon = 1e-9);
+}
+
+/// L = 27 rad/s³, e = 1 mrad: |e|^(1/3) = 0.1, L^(1/3) = 3. In 1 ms: 2 · 3 · 0.01, 1.5 √2 · 9 · 0.1 and 1.1 · 27 times that.
+#[test]
+fn a_step_of_levants_differentiator_has_its_gains() {
+    let method = LevantDifferentiator::new(27.0).unwrap();
+    let estimate = step(&method, 0.0, 0.001);
+    assert_abs_diff_eq!(estimate.position, 0.001 - 0.000_06, epsilon = 1e-15);
+    assert_abs_diff_eq!(estimate.velocity, 1.0 - 0.001_909_188_309_203_678, epsilon = 1e-15);
+    assert_abs_diff_eq!(estimate.acceleration, -0.0297, epsilon = 1e-15);
+}

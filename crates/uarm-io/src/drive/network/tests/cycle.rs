@@ -1,6 +1,6 @@
 use super::*;
-use crate::drive::cia402::{PowerState, Statusword};
-use crate::drive::wire::DriveFeedback;
+use crate::drive::cia402::{Command, Controlword, PowerState, Statusword};
+use crate::drive::wire::{DriveCommand, DriveFeedback};
 use crate::frame::Frame;
 use crate::link::Received;
 use crate::time::Clock;
@@ -284,6 +284,110 @@ fn an_emergency_between_start_and_the_first_sync_stops() {
     network.link_mut().inject_emergency(2, 0x2310);
     let error = cycle(&mut network, [0; 3]).unwrap_err();
     assert!(matches!(error, CycleError::Emergency { node: 2, .. }), "{error}");
+}
+
+/// An answer of joint 1 that is stamped so long after the SYNC of a started network, whose deadline is 2 ms.
+fn answer_after(network: &mut DriveNetwork<FakeBus, 3>, latency: Duration) {
+    network.deadline = network.sync_at + Duration::from_millis(2);
+    let at = network.sync_at + latency;
+    let feedback = DriveFeedback { statusword: Statusword::of(PowerState::OperationEnabled), position: 9 };
+    network.absorb(&Received { frame: feedback.frame(NodeId::new(1).unwrap()), at });
+}
+
+#[test]
+fn an_answer_counts_from_the_earliest_instant_to_its_deadline() {
+    for (microseconds, stale) in [(143, 1), (144, 0), (2_000, 0), (2_001, 1)] {
+        let mut configuration = configuration();
+        configuration.earliest_feedback = Duration::from_micros(144);
+        let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+        start(&mut network).unwrap();
+        network.sync().unwrap();
+        answer_after(&mut network, Duration::from_micros(microseconds));
+        let health = network.health().nodes[0];
+        assert_eq!((health.feedbacks, health.stale_feedbacks), (1 - stale, stale), "{microseconds} us");
+    }
+}
+
+/// The loop went on without it.
+#[test]
+fn an_answer_behind_a_cycle_that_missed_it_is_stale() {
+    let mut network = started();
+    network.sync().unwrap();
+    network.nodes[0].missed = true;
+    answer_after(&mut network, Duration::from_millis(1));
+    assert_eq!((network.health().nodes[0].feedbacks, network.health().nodes[0].stale_feedbacks), (0, 1));
+}
+
+#[test]
+fn every_frame_of_a_drive_is_counted_as_what_it_was() {
+    let mut network = started();
+    network.sync().unwrap();
+    let before = network.health();
+    for _ in 0..3 {
+        answer_after(&mut network, Duration::from_millis(1));
+    }
+    let at = network.link().clock.now();
+    let heartbeat = embedded_can::StandardId::new(0x701).unwrap();
+    for data in [&[0x05_u8][..], &[0x05], &[0x05, 0x05, 0x05]] {
+        network.absorb(&Received { frame: Frame::new(heartbeat, data).unwrap(), at });
+    }
+    let (now, node, earlier) = (network.health(), network.health().nodes[0], before.nodes[0]);
+    assert_eq!(now.frames_received - before.frames_received, 6);
+    assert_eq!((node.feedbacks, node.surplus_feedbacks), (1, 2));
+    assert_eq!((node.heartbeats - earlier.heartbeats, node.malformed), (2, 1));
+}
+
+#[test]
+fn answers_that_come_with_the_deadline_are_waited_for() {
+    let mut network = started();
+    for drive in &mut network.link_mut().drives {
+        drive.script.feedback_delay = Duration::from_millis(2);
+    }
+    assert_eq!(cycle(&mut network, [0; 3]).unwrap().positions, [Some(0); 3]);
+}
+
+/// A link without time stamps of its own, which the loop comes to a millisecond too late.
+#[test]
+fn a_full_bus_does_not_hold_the_loop_beyond_its_deadline() {
+    let mut network = started();
+    network.link_mut().stamps_on_reading = true;
+    for drive in &mut network.link_mut().drives {
+        drive.script.feedback_delay = Duration::from_millis(20);
+    }
+    network.sync().unwrap();
+    let mut clock = network.link().clock.clone();
+    let deadline = clock.now() + Duration::from_millis(2);
+    clock.sleep_until(deadline + Duration::from_millis(1));
+    let now = clock.now();
+    for _ in 0..8 {
+        network.link_mut().inject(now, Frame::new(embedded_can::StandardId::new(0x7FF).unwrap(), &[]).unwrap());
+    }
+    let before = network.health().unexpected_frames;
+    assert_eq!(network.collect(deadline).unwrap().positions, [None; 3]);
+    assert_eq!(network.health().unexpected_frames - before, 1, "the first one told the time");
+}
+
+#[test]
+fn a_drive_may_be_silent_for_its_time_and_no_longer() {
+    let mut network = started();
+    let now = network.link().clock.now();
+    network.housekeeping(now).unwrap();
+    let heard = network.health().nodes.map(|node| node.last_heartbeat_at.unwrap()).into_iter().min().unwrap();
+    assert_eq!(network.housekeeping(heard + Duration::from_millis(200)), Ok(()));
+    let error = network.housekeeping(heard + Duration::from_micros(200_001)).unwrap_err();
+    assert!(matches!(error, CycleError::Lost { silence, .. } if silence == Duration::from_micros(200_001)), "{error}");
+}
+
+#[test]
+fn controlwords_go_out_without_torque() {
+    let mut network = started();
+    cycle(&mut network, [0, 5, -5]).unwrap();
+    let words = [bus::enabling(), Controlword::of(Command::QuickStop), bus::enabling()];
+    let sent_at = network.send_controlwords(words).unwrap();
+    assert_eq!(sent_at, network.link().clock.now());
+    for (drive, controlword) in network.link().drives.iter().zip(words) {
+        assert_eq!(drive.commands.last(), Some(&DriveCommand { controlword, target_torque: 0 }));
+    }
 }
 
 #[test]
