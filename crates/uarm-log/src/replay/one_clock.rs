@@ -203,6 +203,26 @@ mod tests {
     }
 
     #[test]
+    fn a_step_beside_lost_syncs_is_the_rest_of_the_pause() {
+        let syncs = [(3.0, 1), (6.0, 2), (1015.0, 5), (1018.0, 6)];
+        assert_eq!(one_clock(&syncs), (vec![3.0, 6.0, 15.0, 18.0], vec![1000.0]));
+    }
+
+    /// Behind an answer at 6.2 ms the clock says 1.0 ms: no earlier than that it came.
+    #[test]
+    fn without_a_counter_a_step_back_is_seen_at_the_next_frame() {
+        let mut frames = frames(&[(3.0, 0), (6.0, 0), (1.0, 0)]);
+        for frame in frames.iter_mut().filter(|frame| is_sync(frame)) {
+            frame.frame = Frame::new(StandardId::new(0x080).unwrap(), &[]).unwrap();
+        }
+        let (given, steps) = on_one_clock(&frames);
+        let instants: Vec<_> = given.iter().map(|frame| frame.at.nanoseconds()).collect();
+        assert_eq!(instants, [3_000_000, 3_200_000, 6_000_000, 6_200_000, 6_200_000, 6_400_000]);
+        let [ClockStep { after_s, by_s }] = steps.as_slice() else { panic!("{steps:?}") };
+        assert!((after_s - 0.0032).abs() < 1e-12 && (by_s + 0.0052).abs() < 1e-12, "{steps:?}");
+    }
+
+    #[test]
     fn skipped_ticks_and_lost_syncs_are_no_steps() {
         for syncs in [
             [(3.0, 1), (6.0, 2), (13.0, 3), (15.0, 4)], // late by a third of a period, then in step again
