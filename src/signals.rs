@@ -60,6 +60,18 @@ mod tests {
     }
 
     #[test]
+    fn each_signal_that_asks_for_the_end_is_a_request() {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap();
+        // A test that was started with `nohup` ignores it, and so does the run.
+        let hang_up = (!is_ignored(&status, SIGHUP)).then_some(SIGHUP);
+        for signal in [SIGINT, SIGTERM, SIGQUIT].into_iter().chain(hang_up) {
+            let request = stop_request().unwrap();
+            signal_hook::low_level::raise(signal).unwrap();
+            assert!(request.is_made(), "signal {signal}");
+        }
+    }
+
+    #[test]
     fn the_mask_of_ignored_signals_is_read() {
         let status = "Name:\tuarm\nSigBlk:\t00000000ffffffff\nSigIgn:\t0000000000001001\nSigCgt:\t0000000000000000\n";
         assert!(is_ignored(status, SIGHUP), "bit 0 is signal 1");

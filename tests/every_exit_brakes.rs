@@ -5,8 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use hinf_control::Law;
-use hinf_control::{AdaptationGuard, Disturbance};
+use hinf_control::{
+    AdaptationGuard, Command, Controller, Disturbance, FrozenState, Law, LimitedJoints, Measurement, Reference,
+    ThawError,
+};
 use uarm::dimensions::CycleRecord;
 use uarm::dimensions::Progress;
 use uarm::dimensions::{ACTIVE, JOINTS};
@@ -97,10 +99,26 @@ fn run_on<L: Link, R: Recorder<JOINTS, ACTIVE>>(
 where
     L::Error: 'static,
 {
-    let drives = DriveNetwork::new(link, robot.description.network_configuration().unwrap());
     let mut controller = robot.controller(settings.law, AdaptationGuard::None).unwrap();
+    run_law(&mut controller, robot, settings, link, clock, recorder, stop)
+}
+
+/// The same under any law.
+fn run_law<L: Link, R: Recorder<JOINTS, ACTIVE>>(
+    controller: &mut dyn Controller<f64, ACTIVE>,
+    robot: &Robot,
+    settings: &Settings,
+    link: L,
+    clock: &mut VirtualClock,
+    recorder: R,
+    stop: &StopRequest,
+) -> Finished<R, L::Error>
+where
+    L::Error: 'static,
+{
+    let drives = DriveNetwork::new(link, robot.description.network_configuration().unwrap());
     let observer = Observer { progress: &Progress::default(), stop };
-    run::run(&robot.description, settings, &mut controller, drives, clock, recorder, observer).unwrap()
+    run::run(&robot.description, settings, controller, drives, clock, recorder, observer).unwrap()
 }
 
 /// Runs an experiment in which `in_motion` happens.
@@ -245,6 +263,82 @@ fn when_the_loop_panics() {
     let (finished, seen) = run(&robot, Panics(0), &StopRequest::default(), |_| {});
     assert!(finished.is_err(), "the panic goes on after the brakes have closed");
     assert_braked(&seen);
+}
+
+/// What of a law's numbers is none.
+#[derive(Clone, Copy, Debug)]
+enum Spoiled {
+    Torque,
+    ControlInput,
+    Parameter,
+    /// The law says itself that it met one, and asks for no torque.
+    Told,
+}
+
+/// Controller 1 with one number that is NaN from its cycle [`IN_MOTION`] on.
+struct Spoiling<'a> {
+    law: &'a mut dyn Controller<f64, ACTIVE>,
+    spoiled: Spoiled,
+    cycles: usize,
+    parameters: [f64; 2],
+}
+
+impl Controller<f64, ACTIVE> for Spoiling<'_> {
+    fn update(&mut self, measurement: &Measurement<f64>, reference: &Reference<f64>, period: f64) -> Command<f64> {
+        let mut command = self.law.update(measurement, reference, period);
+        self.cycles += 1;
+        if self.cycles >= IN_MOTION {
+            match self.spoiled {
+                Spoiled::Torque => command.torque.y = f64::NAN,
+                Spoiled::ControlInput => command.control_input.x = f64::NAN,
+                Spoiled::Parameter => self.parameters[1] = f64::NAN,
+                Spoiled::Told => command = Command::fallback(command.adaptation),
+            }
+        }
+        command
+    }
+    fn limited(&mut self, joints: LimitedJoints) {
+        self.law.limited(joints);
+    }
+    fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+    fn reset(&mut self) {
+        self.law.reset();
+    }
+    fn freeze(&self) -> FrozenState<f64> {
+        self.law.freeze()
+    }
+    fn thaw(&mut self, state: &FrozenState<f64>) -> Result<(), ThawError> {
+        self.law.thaw(state)
+    }
+}
+
+/// In the cycle in which it is: no torque is made of it.
+#[test]
+fn when_a_number_of_the_law_is_none() {
+    for (spoiled, words) in [
+        (Spoiled::Torque, "joint 3: the torque that the law asks for is NaN, expected a finite number"),
+        (Spoiled::ControlInput, "joint 2: the control input is NaN, expected a finite number"),
+        (Spoiled::Parameter, "adapted parameter 2 is NaN, expected a finite number"),
+        (Spoiled::Told, "a number within the control law is not finite"),
+    ] {
+        let robot = Robot::load(None).unwrap();
+        let mut law = robot.controller(Law::Nonlinear, AdaptationGuard::None).unwrap();
+        let mut law = Spoiling { law: &mut law, spoiled, cycles: 0, parameters: [1.0, 2.0] };
+        let mut clock = VirtualClock::default();
+        let seen = Arc::new(Mutex::new(Seen::default()));
+        let link = link(&robot, Disturbance::Paper, &clock);
+        let witness = Witness { link, seen: Arc::clone(&seen), in_motion: |_: &mut _| {} };
+        let stop = StopRequest::default();
+        let finished = run_law(&mut law, &robot, &settings(), witness, &mut clock, Vec::new(), &stop);
+        let error = finished.end.unwrap_err();
+        assert_eq!((error.code(), error.to_string().as_str()), (FaultCode::NotFinite, words));
+        assert_eq!(finished.recorder.len(), IN_MOTION - 1, "{words}");
+        let seen = seen.lock().unwrap();
+        assert_braked(&seen);
+        assert_eq!(torques_after(&seen, IN_MOTION - 1), [[0; 3]], "{words}");
+    }
 }
 
 #[test]

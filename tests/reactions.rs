@@ -87,6 +87,46 @@ fn nothing_answers_where_there_is_no_fault() {
     assert!(longest < limit / 5.0, "{longest} s");
 }
 
+/// The cycles of a run of controller 1 on the paper's robot, and the code of the fault that ended it.
+fn recorded(robot: &Robot) -> (Vec<CycleRecord>, Option<FaultCode>) {
+    let clock = VirtualClock::default();
+    let plant = SimulatedPlant::new(robot, PlantChoice::Uarm, Disturbance::Paper).unwrap();
+    let link = InProcessLink::new(emulate(robot, plant, Pacing::WallClock).unwrap(), clock.clone());
+    let ended = run(robot, &Settings::paper(Law::Nonlinear), link, clock, Vec::new());
+    (ended.recorder, ended.end.err().map(|failure| failure.code))
+}
+
+/// The same run twice, without a limit and with one of half a degree: the second ends in the cycle in which the first is beyond it.
+#[test]
+fn a_tracking_error_beyond_its_limit_ends_the_run_in_its_cycle() {
+    let mut robot = Robot::load(None).unwrap();
+    let limit = 0.5_f64.to_radians();
+    robot.description.tracking_error_limit = f64::INFINITY;
+    let (all, code) = recorded(&robot);
+    assert_eq!((all.len(), code), (1_167, None), "3.5 s in periods of 3 ms");
+    let is_beyond = |cycle: &CycleRecord| cycle.tracking_error().position.amax() > limit;
+    let first = all.iter().position(is_beyond).unwrap();
+    assert!((10..1_000).contains(&first), "{first}");
+    robot.description.tracking_error_limit = limit;
+    let (until, code) = recorded(&robot);
+    assert_eq!((until.len(), code), (first, Some(FaultCode::TrackingError)));
+}
+
+/// Joint 2 needs more than a fortieth of its torque. 50 ms are 16 periods of 3 ms and a part of the next, whose torque is not sent any more.
+#[test]
+fn a_torque_that_is_cut_for_too_long_ends_the_run() {
+    let mut robot = Robot::load(None).unwrap();
+    robot.description.tracking_error_limit = f64::INFINITY;
+    robot.description.supervision = None;
+    robot.description.joints[1].torque_limit = 0.005;
+    robot.description.saturation_limit = SaturationLimit::new(Duration::from_millis(50)).unwrap();
+    let (cycles, code) = recorded(&robot);
+    assert_eq!(code, Some(FaultCode::TorqueSaturated));
+    let cut = cycles.iter().rev().take_while(|cycle| cycle.flags.limited[0]).count();
+    assert_eq!(cut, 16);
+    assert!(cycles.iter().all(|cycle| cycle.torque_applied[0].abs() <= 0.005));
+}
+
 /// What is known of the plant beside the loop.
 #[derive(Debug)]
 struct Truth<P> {

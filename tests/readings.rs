@@ -34,6 +34,8 @@ struct Ending {
     /// From the fault to closed brakes.
     took: Option<Duration>,
     warnings: u64,
+    /// Cycles of the loop.
+    cycles: usize,
 }
 
 /// The paper's robot with all drives watched, on which `fault` happens to the drive of joint 2 with SYNC number `cycle`.
@@ -66,6 +68,7 @@ fn ending(fault: Fault, cycle: u64) -> Ending {
         message: finished.end.as_ref().err().map(|error| error.to_string()).unwrap_or_default(),
         took: seen.braked_at.zip(seen.fault_at).map(|(braked, fault)| braked.since(fault)),
         warnings: finished.outcome.reading_warnings,
+        cycles: finished.recorder.len(),
     }
 }
 
@@ -118,5 +121,5 @@ fn what_is_worth_a_warning_is_told_and_the_run_goes_on() {
 #[test]
 fn no_brake_opens_on_a_drive_beyond_its_limits() {
     let found = ending(Fault::Drive(DriveFault::SupplyVoltage { millivolts: 10_000 }), 0);
-    assert_eq!(found.code, Some(FaultCode::SupplyVoltage), "{found:?}");
+    assert_eq!((found.code, found.cycles), (Some(FaultCode::SupplyVoltage), 0), "{found:?}");
 }

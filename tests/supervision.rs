@@ -152,6 +152,17 @@ fn an_encoder_that_is_reversed_at_rest_or_in_motion_is_found() {
     }
 }
 
+/// At full velocity joint 3 goes on as it was going, whatever it is sent: that its torque is missing is soon more than friction of 0.075 N m and
+/// 40 % of the torque explain. Under controller 1, whose motion is the stiffest, friction stops it first, and its counter stands still.
+#[test]
+fn a_motor_without_torque_contradicts_the_model() {
+    for law in Law::ALL.into_iter().filter(|law| *law != Law::Nonlinear) {
+        let found = reaction(law, DriveFault::MotorDisconnected, Joint::Three, 500);
+        assert_eq!(found.code, Some(FaultCode::ModelContradicted), "{law:?}: {found:?}");
+        assert!(found.took <= milliseconds(300) && found.full_torque <= milliseconds(50), "{law:?}: {found:?}");
+    }
+}
+
 /// 20 counts in a cycle are 1.2 rad/s more than the joint does. 3 counts are a joint that turns slowly, which is why they are not found.
 #[test]
 fn a_counter_that_drifts_is_found_at_once() {

@@ -127,6 +127,21 @@ mod tests {
         }
     }
 
+    /// proc(5): the seconds since boot, those of a suspended machine included, which this clock leaves out. The time of day, which anybody
+    /// with the right can set, is decades ahead.
+    #[test]
+    fn the_clock_is_the_time_since_boot_and_not_the_time_of_day() {
+        let before = MonotonicClock.now();
+        let uptime = std::fs::read_to_string("/proc/uptime").unwrap();
+        let uptime: f64 = uptime.split(' ').next().unwrap().parse().unwrap();
+        // Its hundredths are cut off.
+        assert!(before <= Instant::default() + Duration::from_secs_f64(uptime + 0.01), "{before:?} {uptime}");
+        let mut clock = MonotonicClock;
+        let deadline = clock.now() + Duration::from_millis(20);
+        clock.sleep_until(deadline);
+        assert!((Duration::ZERO..Duration::from_secs(60)).contains(&clock.now().since(deadline)));
+    }
+
     #[test]
     fn a_deadline_in_the_past_returns_at_once() {
         // A sleep that took the deadline as relative, or as far away, would hang here.

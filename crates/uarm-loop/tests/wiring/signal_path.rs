@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use uarm_loop::finite::{JointSignal, NotFinite};
 use uarm_loop::guard::Quantity;
 use uarm_loop::hinf_control::{TorqueLimiter, TorqueLimits};
 use uarm_loop::nalgebra::Vector2;
@@ -60,6 +61,22 @@ fn beyond_a_limit_the_law_is_not_asked() {
     let SignalFault::Limit(violation) = fault else { panic!("{fault}") };
     assert_eq!((violation.joint, violation.quantity, violation.found), (2, Quantity::StartError, -0.5));
     assert_eq!(law.told, []);
+}
+
+/// The estimator makes an angle that is none of an acceleration that is none.
+#[test]
+fn an_estimate_that_is_no_number_does_not_reach_the_law() {
+    let mut law = FakeLaw::constant(0.0, 0.0);
+    let mut path = path(&mut law, rest([0.0; 2], 1.0, 0.0));
+    path.step(&tick(0, 0), Instant::default(), &[Some(0); 3], period(), Authority::Full).unwrap();
+    let mut states = path.estimation.freeze();
+    states[0].estimator.as_mut().unwrap().acceleration = f64::NAN;
+    path.estimation.thaw(&states);
+    let fault = path.step(&tick(1, 1), Instant::default(), &[Some(0); 3], period(), Authority::Full).unwrap_err();
+    let SignalFault::NotFinite(NotFinite::Joint { joint: 1, signal: JointSignal::Angle, .. }) = fault else {
+        panic!("{fault}")
+    };
+    assert_eq!(law.told.len(), 2, "only the first cycle: {:?}", law.told);
 }
 
 #[test]
