@@ -47,7 +47,7 @@ fn samples() -> (CycleRecord, Keyframe<JOINTS, ACTIVE>) {
     let experiment = simulate_paper(&robot, PlantChoice::Uarm, Law::FuzzyModel).expect("a run");
     let settings = settings(Law::FuzzyModel);
     let mut controller = robot.controller(settings.law, settings.guard).expect("the built-in robot's law");
-    let path = signal_path(&robot.description, &settings, &mut controller).expect("the built-in robot");
+    let path = signal_path(&robot.description, &settings, controller.as_mut()).expect("the built-in robot");
     (experiment.records[500], path.freeze())
 }
 
@@ -87,7 +87,7 @@ fn freeze(criterion: &mut Criterion) {
     let robot = Robot::load(None).expect("the built-in robot");
     let settings = settings(Law::FuzzyModel);
     let mut controller = robot.controller(settings.law, settings.guard).expect("the built-in robot's law");
-    let path = signal_path(&robot.description, &settings, &mut controller).expect("the built-in robot");
+    let path = signal_path(&robot.description, &settings, controller.as_mut()).expect("the built-in robot");
     criterion.bench_function("recording: freeze the inner state", |bencher| bencher.iter(|| path.freeze()));
 }
 

@@ -12,7 +12,6 @@ use uarm_loop::robot::{Joint, Protocol};
 use uarm_sim::PowerUp;
 use uarm_sim::drive::CounterAtPowerUp;
 
-use crate::dimensions::JOINTS;
 use crate::eds::{self, DictionaryObjects};
 use crate::options::node_id;
 use crate::robot::Robot;
@@ -39,18 +38,24 @@ pub struct BoughtDrive<'a> {
 }
 
 /// What is known of each joint's drive.
-#[derive(Debug, Default)]
-pub struct Bought {
-    dictionaries: [Option<Dictionary>; JOINTS],
-    starts: [PowerUp; JOINTS],
+#[derive(Debug)]
+pub struct Bought<const J: usize = 3> {
+    dictionaries: [Option<Dictionary>; J],
+    starts: [PowerUp; J],
 }
 
-impl Bought {
+impl<const J: usize> Default for Bought<J> {
+    fn default() -> Self {
+        Self { dictionaries: [const { None }; J], starts: [PowerUp::default(); J] }
+    }
+}
+
+impl<const J: usize> Bought<J> {
     /// Reads the dictionaries; the first is for the first node, and so on. Those without a node are DCF files that name it.
     ///
     /// # Errors
     /// If a file cannot be read, or a node is none of the robot's.
-    pub fn read(arguments: &DictionaryArguments, robot: &[u8; JOINTS]) -> anyhow::Result<Self> {
+    pub fn read(arguments: &DictionaryArguments, robot: &[u8; J]) -> anyhow::Result<Self> {
         let DictionaryArguments { eds: files, node: nodes } = arguments;
         if nodes.len() > files.len() {
             return Err(usage(format!("--node {} times, expected as many as --eds, {}", nodes.len(), files.len())));
@@ -78,7 +83,7 @@ impl Bought {
     pub fn starting(
         mut self,
         starts: impl IntoIterator<Item = (NodeId, PowerUp)>,
-        robot: &[u8; JOINTS],
+        robot: &[u8; J],
     ) -> anyhow::Result<Self> {
         for (node, power_up) in starts {
             self.starts[joint(node.raw(), robot)?] = power_up;
@@ -102,7 +107,7 @@ impl Bought {
     ///
     /// # Errors
     /// If the drives cannot be described to their master.
-    pub fn refusal(&self, robot: &Robot) -> anyhow::Result<Option<StartError<Infallible>>> {
+    pub fn refusal<const N: usize>(&self, robot: &Robot<J, N>) -> anyhow::Result<Option<StartError<Infallible>>> {
         if robot.description.bus.protocol != Protocol::Canopen {
             return Ok(None);
         }
@@ -117,7 +122,7 @@ impl Bought {
     }
 
     /// What `robot` watches and cannot be judged, since a dictionary has the object without a value; a line of text for each.
-    pub fn unjudged(&self, robot: &Robot) -> Vec<String> {
+    pub fn unjudged<const N: usize>(&self, robot: &Robot<J, N>) -> Vec<String> {
         let lines = self.with_dictionaries(robot).flat_map(|(joint, dictionary)| {
             let node = joint.node.raw();
             eds::unstated(dictionary, node, &joint.drive.readings).map(move |(quantity, reading)| {
@@ -132,18 +137,21 @@ impl Bought {
         lines.collect()
     }
 
-    fn with_dictionaries<'a>(&'a self, robot: &'a Robot) -> impl Iterator<Item = (&'a Joint, &'a Dictionary)> {
+    fn with_dictionaries<'a, const N: usize>(
+        &'a self,
+        robot: &'a Robot<J, N>,
+    ) -> impl Iterator<Item = (&'a Joint, &'a Dictionary)> {
         let joints = robot.description.joints.iter().zip(&self.dictionaries);
         joints.filter_map(|(joint, dictionary)| Some((joint, dictionary.as_ref()?)))
     }
 
     /// True if all drives are the emulation's own, as they are by default.
     pub fn is_none(&self) -> bool {
-        self.dictionaries.iter().all(Option::is_none) && self.starts == [PowerUp::default(); JOINTS]
+        self.dictionaries.iter().all(Option::is_none) && self.starts == [PowerUp::default(); J]
     }
 
     /// What is known, joint by joint.
-    pub fn drives(&self) -> [BoughtDrive<'_>; JOINTS] {
+    pub fn drives(&self) -> [BoughtDrive<'_>; J] {
         let mut starts = self.starts.iter();
         self.dictionaries.each_ref().map(|dictionary| BoughtDrive {
             dictionary: dictionary.as_ref(),
@@ -156,7 +164,7 @@ fn usage(message: String) -> anyhow::Error {
     UsageError::new(message).into()
 }
 
-fn joint(node: u8, robot: &[u8; JOINTS]) -> anyhow::Result<usize> {
+fn joint(node: u8, robot: &[u8]) -> anyhow::Result<usize> {
     let position = robot.iter().position(|other| *other == node);
     position.ok_or_else(|| usage(format!("node {node}: expected one of the robot's, {robot:?}")))
 }

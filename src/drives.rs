@@ -15,20 +15,20 @@ use uarm_loop::run::{Finished, Observer, RunError, run};
 use uarm_loop::schedule::{Allowed, Overrun};
 use uarm_loop::settings::Settings;
 
-use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
+use crate::dimensions::{LoopRobot, Outcome};
 use crate::error_text::with_causes;
 
 /// How a run ended, and what came of it until then, whatever drives it had.
 #[derive(Debug)]
-pub struct Ended<R> {
+pub struct Ended<R, const J: usize = 3, const N: usize = 2> {
     /// The end, or the first cause of an early one.
     pub end: Result<LoopEnd, Failure>,
     /// Faults after the first cause.
     pub later_faults: u64,
     /// What came of the run.
-    pub outcome: Outcome,
+    pub outcome: Outcome<N>,
     /// What the drives said when they were stopped.
-    pub stop: StopReport<JOINTS>,
+    pub stop: StopReport<J>,
     /// The recorder that the run was given.
     pub recorder: R,
 }
@@ -72,15 +72,15 @@ impl<L> ToDrives<L> {
 ///
 /// # Errors
 /// If the run cannot be prepared; nothing was sent then.
-pub fn run_on<L: Link, C: Clock, R: Recorder<JOINTS, ACTIVE>>(
-    robot: &LoopRobot,
+pub fn run_on<L: Link, C: Clock, R: Recorder<J, N>, const J: usize, const N: usize>(
+    robot: &LoopRobot<J, N>,
     settings: &Settings,
-    controller: &mut dyn Controller<f64, ACTIVE>,
+    controller: &mut dyn Controller<f64, N>,
     way: ToDrives<L>,
     clock: &mut C,
     recorder: R,
-    observer: Observer<'_, ACTIVE>,
-) -> anyhow::Result<Ended<R>>
+    observer: Observer<'_, N>,
+) -> anyhow::Result<Ended<R, J, N>>
 where
     L::Error: Send + Sync + 'static,
 {
@@ -101,14 +101,14 @@ where
 ///
 /// # Errors
 /// If the drives cannot be described to their master.
-pub fn receive_identifiers(robot: &LoopRobot) -> anyhow::Result<Vec<StandardId>> {
+pub fn receive_identifiers<const J: usize, const N: usize>(robot: &LoopRobot<J, N>) -> anyhow::Result<Vec<StandardId>> {
     Ok(match robot.bus.protocol {
         Protocol::Canopen => robot.network_configuration()?.receive_identifiers().collect(),
         Protocol::Odrive(positions) => robot.odrive_configuration(positions)?.receive_identifiers().collect(),
     })
 }
 
-fn ended<S, C, R>(finished: Finished<S, C, R, JOINTS, ACTIVE>) -> Ended<R>
+fn ended<S, C, R, const J: usize, const N: usize>(finished: Finished<S, C, R, J, N>) -> Ended<R, J, N>
 where
     S: std::error::Error + Coded + Send + Sync + 'static,
     C: std::error::Error + Coded + Send + Sync + 'static,

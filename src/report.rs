@@ -8,11 +8,12 @@ use serde::Serialize;
 
 use uarm_log::description::ClockKind;
 use uarm_loop::choice::Choice;
+use uarm_loop::dimensions;
 use uarm_loop::fault_code::FaultCode;
 use uarm_loop::outcome::Indices;
 use uarm_loop::timing::{LatencySummary, TimingSummary, Verdict};
 
-use crate::dimensions::{ACTIVE, LoopRobot, Outcome};
+use crate::dimensions::{LoopRobot, Outcome};
 use crate::drives::Failure;
 use crate::log_files::PartCount;
 use crate::output_files::as_text;
@@ -48,11 +49,11 @@ pub struct RunReport {
     pub indices: Option<Indices>,
     /// The paper's, where it has any: of its own robot and task, and of the whole of it.
     pub paper: Option<Indices>,
-    /// Tracking error of joints 2 and 3 in the last cycle, degrees; nothing without a cycle.
-    pub final_error_deg: Option<[f64; ACTIVE]>,
+    /// Tracking error of the active joints in the last cycle, degrees; nothing without a cycle.
+    pub final_error_deg: Option<Vec<f64>>,
     /// Largest torques applied, N·m; nothing without a cycle.
-    pub peak_torque_nm: Option<[f64; ACTIVE]>,
-    /// How far the base turned from the first cycle to the last, degrees; nothing without a cycle.
+    pub peak_torque_nm: Option<Vec<f64>>,
+    /// How far the base turned from the first cycle to the last, degrees; nothing without a cycle or a sensor.
     pub base_drift_deg: Option<f64>,
     /// Cycles in which the limiter cut a torque.
     pub limited_cycles: u64,
@@ -71,6 +72,9 @@ pub struct RunReport {
     /// Page faults of the loop's thread between its first cycle and its last; with locked memory there are none. In
     /// virtual time they do not matter, and are not told.
     pub page_faults: Option<u64>,
+    /// The number of the first active joint: 2 behind a passive base.
+    #[serde(skip)]
+    pub first_active: usize,
     /// The log; in JSON, what of its name is no text is `U+FFFD`.
     #[serde(serialize_with = "as_text")]
     pub log: Option<PathBuf>,
@@ -94,7 +98,7 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    fn new(robot: &LoopRobot, outcome: &Outcome, completed: bool) -> Self {
+    fn new<const J: usize, const N: usize>(robot: &LoopRobot<J, N>, outcome: &Outcome<N>, completed: bool) -> Self {
         let (task_s, period) = (robot.task.reference.duration(), robot.period.seconds(1));
         // A cycle stands for the period that follows it; the last ones of a task may have been skipped.
         let until = if completed { task_s } else { outcome.last_time.map_or(0.0, |time| time + period) };
@@ -110,9 +114,9 @@ impl Coverage {
 
 /// What a run was, for its report.
 #[derive(Clone, Copy, Debug)]
-pub struct Subject<'a> {
+pub struct Subject<'a, const J: usize = 3, const N: usize = 2> {
     /// The robot.
-    pub robot: &'a Robot,
+    pub robot: &'a Robot<J, N>,
     /// The simulated plant, or the interface.
     pub plant: &'a str,
     /// The name of the control law; logs may name one that this version does not know.
@@ -164,7 +168,12 @@ pub struct BusReport {
 
 impl RunReport {
     /// The report of a run of which no record was lost.
-    pub fn new(subject: Subject<'_>, ending: Ending, outcome: &Outcome, log: Option<PathBuf>) -> Self {
+    pub fn new<const J: usize, const N: usize>(
+        subject: Subject<'_, J, N>,
+        ending: Ending,
+        outcome: &Outcome<N>,
+        log: Option<PathBuf>,
+    ) -> Self {
         let Subject { robot, plant, controller, clock } = subject;
         let description = &robot.description;
         let (bus, timing) = (description.bus.time, outcome.timing);
@@ -173,6 +182,7 @@ impl RunReport {
         let has_published = coverage.is_whole() && robot.is_the_papers();
         let published = || Law::from_name(controller).and_then(Indices::published);
         let has_cycles = outcome.last_time.is_some();
+        let first_active = dimensions::number_of_active::<J, N>(0);
         Self {
             robot: description.name.clone(),
             plant: plant.to_owned(),
@@ -184,9 +194,9 @@ impl RunReport {
             coverage,
             indices: outcome.last_time.is_some_and(|time| time >= 0.0).then_some(outcome.indices),
             paper: has_published.then(published).flatten(),
-            final_error_deg: has_cycles.then(|| outcome.final_error.map(f64::to_degrees)),
-            peak_torque_nm: has_cycles.then_some(outcome.peak_torque),
-            base_drift_deg: has_cycles.then(|| outcome.base_drift.to_degrees()),
+            final_error_deg: has_cycles.then(|| outcome.final_error.map(f64::to_degrees).to_vec()),
+            peak_torque_nm: has_cycles.then(|| outcome.peak_torque.to_vec()),
+            base_drift_deg: (has_cycles && first_active > 1).then(|| outcome.base_drift.to_degrees()),
             limited_cycles: outcome.limited_cycles,
             predicted_cycles: outcome.predicted_cycles,
             reading_warnings: outcome.reading_warnings,
@@ -195,6 +205,7 @@ impl RunReport {
             timing_verdict: (in_real_time && has_cycles).then(|| timing.verdict()),
             bus: BusReport { time_per_cycle_us: bus.cyclic.as_secs_f64() * 1e6, load: bus.load },
             page_faults: in_real_time.then_some(outcome.page_faults.minor + outcome.page_faults.major),
+            first_active,
             log,
             log_parts: None,
             records_dropped: 0,
@@ -251,11 +262,15 @@ impl RunReport {
             writeln!(output, "  fault              {name}: `uarm explain {name}` tells causes and cures")?;
         }
         self.print_indices(output)?;
-        if let Some([error_2, error_3]) = self.final_error_deg {
-            writeln!(output, "  error at the end   joint 2 {error_2:+.3} deg   joint 3 {error_3:+.3} deg")?;
+        if let Some(errors) = &self.final_error_deg {
+            writeln!(
+                output,
+                "  error at the end   {}",
+                self.joint_by_joint(errors, |error| format!("{error:+.3} deg"))
+            )?;
         }
-        if let Some([peak_2, peak_3]) = self.peak_torque_nm {
-            writeln!(output, "  peak torque        joint 2 {peak_2:.4} N m   joint 3 {peak_3:.4} N m")?;
+        if let Some(peaks) = &self.peak_torque_nm {
+            writeln!(output, "  peak torque        {}", self.joint_by_joint(peaks, |peak| format!("{peak:.4} N m")))?;
         }
         if let Some(base_drift) = self.base_drift_deg {
             writeln!(output, "  base drift         {base_drift:+.2} deg")?;
@@ -309,6 +324,11 @@ impl RunReport {
                 writeln!(output, "  L2                 {l2:.4}{part}\n  E (N m s)          {e:.4}{part}")
             }
         }
+    }
+
+    fn joint_by_joint(&self, values: &[f64], text: impl Fn(f64) -> String) -> String {
+        let joints = values.iter().zip(self.first_active..);
+        joints.map(|(value, joint)| format!("joint {joint} {}", text(*value))).collect::<Vec<_>>().join("   ")
     }
 
     /// What must be said of indices that are not those of the whole task.

@@ -3,24 +3,28 @@
 use std::time::Duration;
 
 use anyhow::Context;
+use dem_model::{BaseFreedom, FreeFloatingManipulator, PlanarBaseManipulator, SerialManipulator};
 use hinf_control::Disturbance;
-use nalgebra::Vector3;
+use nalgebra::SVector;
 use uarm_io::drive::odrive::Positions;
 use uarm_io::frame::Frame;
 use uarm_io::time::Instant;
 use uarm_sim::drive::{DriveDescription, DriveParameters, EncoderDescription};
 use uarm_sim::odrive::{AxisDescription, AxisParameters, EmulatedOdrives};
+use uarm_sim::plant::PosedBase;
 use uarm_sim::{
     Brake, DemPlant, DriveDictionary, EmulatedDrive, EmulatedRobot, FreeFloatingPlant, InitialState, IntegrationStep,
-    Outbox, Pacing, Plant, RobotOnBus, UarmPlant, UarmPlantParameters,
+    Outbox, Pacing, PlanarBasePlant, Plant, RobotOnBus, SerialBrakes, SerialImperfections, SerialMotion, SerialPlant,
+    SerialSpacePlant, SphericalBasePlant, UarmPlant, UarmPlantParameters,
 };
 
+use uarm_loop::dimensions;
 use uarm_loop::robot::{Bus, Joint, Protocol};
 
 use crate::bought::{Bought, BoughtDrive};
-use crate::dimensions::JOINTS;
 use crate::eds::{maker_dictionary, with_good_readings};
 use crate::robot::Robot;
+use crate::robot::model::Mechanics;
 
 /// Which plant a simulated robot is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,6 +46,14 @@ uarm_loop::choice! {
 }
 
 impl PlantChoice {
+    /// What it comes to for `robot`: without imperfections in its file, the plant with imperfections is the ideal one.
+    pub fn of<const J: usize, const N: usize>(self, robot: &Robot<J, N>) -> Self {
+        match self {
+            Self::Uarm if robot.file.plant.is_none() => Self::Ideal,
+            other => other,
+        }
+    }
+
     /// What reports and logs call the plant.
     pub const fn label(self) -> &'static str {
         match self {
@@ -52,54 +64,97 @@ impl PlantChoice {
     }
 }
 
-/// Any of the simulated plants.
+/// Any of the simulated plants, of a robot with `N` active joints.
 #[derive(Clone, Debug)]
-pub enum SimulatedPlant {
-    /// With the documented imperfections.
+#[allow(clippy::large_enum_variant)] // One of it for each robot.
+pub enum SimulatedPlant<const N: usize = 2> {
+    /// The paper's robot with its documented imperfections.
     Uarm(UarmPlant),
-    /// As the controllers believe it to be.
+    /// The same as the controllers believe it to be.
     Ideal(DemPlant),
-    /// The space manipulator itself.
+    /// Its space manipulator itself.
     Space(FreeFloatingPlant),
+    /// An arm in the plane, as the controllers believe it to be.
+    Planar(PlanarBasePlant<N>),
+    /// An arm in space, as the controllers believe it to be.
+    Spherical(SphericalBasePlant<N>),
+    /// A space manipulator itself.
+    Floating(SerialSpacePlant<N>),
 }
 
-impl SimulatedPlant {
+impl<const N: usize> SimulatedPlant<N> {
     /// The plant that `choice` names, at the start of the robot file's task and at rest.
     ///
     /// # Errors
-    /// If the imperfections make no plant of the model.
-    pub fn new(robot: &Robot, choice: PlantChoice, disturbance: Disturbance) -> anyhow::Result<Self> {
-        let plant = match choice {
-            PlantChoice::Uarm => return Self::uarm(robot, robot.plant, disturbance),
-            PlantChoice::Ideal => Self::Ideal(DemPlant::new(robot.model).with_disturbance(disturbance)),
-            PlantChoice::Space => {
-                let name = &robot.description.name;
-                let manipulator = robot.space_manipulator.as_ref().with_context(|| {
-                    format!("{name}: the robot file has no [space_manipulator], which the plant \"space\" is made of")
-                })?;
-                Self::Space(FreeFloatingPlant::new(manipulator).with_disturbance(disturbance))
+    /// If the imperfections make no plant of the model, or the robot file lacks what the plant is made of.
+    pub fn new<const J: usize>(
+        robot: &Robot<J, N>,
+        choice: PlantChoice,
+        disturbance: Disturbance,
+    ) -> anyhow::Result<Self> {
+        let no_space = || {
+            let name = &robot.description.name;
+            format!("{name}: the robot file has no [space_manipulator], which the plant \"space\" is made of")
+        };
+        let plant = match (choice, &robot.mechanics) {
+            (PlantChoice::Uarm, Mechanics::ThreeLinks { .. }) => return Self::uarm(robot, robot.plant, disturbance),
+            (PlantChoice::Ideal, Mechanics::ThreeLinks { dem, .. }) => {
+                Self::Ideal(DemPlant::new(*dem).with_disturbance(disturbance))
+            }
+            (PlantChoice::Space, Mechanics::ThreeLinks { space, .. }) => {
+                let space = space.as_ref().with_context(no_space)?;
+                Self::Space(FreeFloatingPlant::new(space).with_disturbance(disturbance))
+            }
+            (PlantChoice::Uarm | PlantChoice::Ideal, Mechanics::Planar { dem, .. }) => {
+                Self::Planar(serial(PlanarBaseManipulator::planar(dem)).with_disturbance(disturbance))
+            }
+            (PlantChoice::Space, Mechanics::Planar { space, .. }) => {
+                let space = space.as_ref().and_then(Mechanics::in_space).with_context(no_space)?;
+                Self::Floating(serial(space).with_disturbance(disturbance))
+            }
+            (PlantChoice::Uarm | PlantChoice::Ideal, Mechanics::Spatial { dem, .. }) => {
+                Self::Spherical(serial(*dem).with_disturbance(disturbance))
+            }
+            (PlantChoice::Space, Mechanics::Spatial { space, joints, .. }) => {
+                let space = FreeFloatingManipulator::free_floating(space, *joints);
+                Self::Floating(serial(space).with_disturbance(disturbance))
             }
         };
         Ok(plant.starting_at(start(robot)))
     }
 
-    /// The robot with other imperfections than its file's, at the start of the file's task and at rest.
+    /// The paper's robot with other imperfections than its file's, at the start of the file's task and at rest.
     ///
     /// # Errors
-    /// If the imperfections make no plant of the model.
-    pub fn uarm(robot: &Robot, imperfections: UarmPlantParameters, disturbance: Disturbance) -> anyhow::Result<Self> {
-        let plant = UarmPlant::new(&robot.model, imperfections).context("plant")?;
+    /// If the imperfections make no plant of the model, or the robot is another.
+    pub fn uarm<const J: usize>(
+        robot: &Robot<J, N>,
+        imperfections: UarmPlantParameters,
+        disturbance: Disturbance,
+    ) -> anyhow::Result<Self> {
+        let Mechanics::ThreeLinks { dem, .. } = &robot.mechanics else {
+            anyhow::bail!("{}: imperfections are simulated of the paper's arm only", robot.description.name)
+        };
+        let plant = UarmPlant::new(dem, imperfections).context("plant")?;
         Ok(Self::Uarm(plant.with_disturbance(disturbance)).starting_at(start(robot)))
     }
 
     /// The same plant, starting at rest with its joints at `position`, rad.
     #[must_use]
-    pub fn starting_at(self, position: Vector3<f64>) -> Self {
-        let initial = InitialState { position, velocity: Vector3::zeros() };
+    pub fn starting_at<const J: usize>(self, position: SVector<f64, J>) -> Self {
+        let initial = InitialState { position: resized(&position), velocity: SVector::zeros() };
+        let arm = SVector::from(<[f64; N]>::from(dimensions::active::<J, N>(&position.into())));
         match self {
             Self::Uarm(plant) => Self::Uarm(plant.with_initial_state(initial)),
             Self::Ideal(plant) => Self::Ideal(plant.with_initial_state(initial)),
             Self::Space(plant) => Self::Space(plant.with_initial_state(initial)),
+            Self::Planar(plant) => {
+                let turned = dimensions::base::<f64, J, N>(&position.into());
+                let motion = SerialMotion { pose: turned, ..SerialMotion::at_rest(arm) };
+                Self::Planar(plant.with_motion(motion))
+            }
+            Self::Spherical(plant) => Self::Spherical(plant.with_motion(SerialMotion::at_rest(arm))),
+            Self::Floating(plant) => Self::Floating(plant.with_motion(SerialMotion::at_rest(arm))),
         }
     }
 
@@ -110,78 +165,146 @@ impl SimulatedPlant {
             Self::Uarm(plant) => Self::Uarm(plant.with_integration_step(step)),
             Self::Ideal(plant) => Self::Ideal(plant.with_integration_step(step)),
             Self::Space(plant) => Self::Space(plant.with_integration_step(step)),
+            Self::Planar(plant) => Self::Planar(plant.with_integration_step(step)),
+            Self::Spherical(plant) => Self::Spherical(plant.with_integration_step(step)),
+            Self::Floating(plant) => Self::Floating(plant.with_integration_step(step)),
         }
     }
 }
 
-/// Where the robot file's task starts: joints 1 to 3, rad, the base at zero.
-pub fn start(robot: &Robot) -> Vector3<f64> {
-    let start = robot.description.task.reference.start();
-    Vector3::new(0.0, start.x, start.y)
+/// A plant as it is believed to be.
+fn serial<const N: usize, const B: usize>(arm: SerialManipulator<f64, N, B>) -> SerialPlant<N, B>
+where
+    BaseFreedom<B>: PosedBase<B>,
+{
+    SerialPlant::new(arm, SerialImperfections::IDEAL)
 }
 
-impl Plant for SimulatedPlant {
+/// The same values in a vector of another length: of three for a robot of `J` joints that is the paper's.
+fn resized<const FROM: usize, const TO: usize>(values: &SVector<f64, FROM>) -> SVector<f64, TO> {
+    SVector::from_fn(|row, _| values.get(row).copied().unwrap_or_default())
+}
+
+/// What the encoders of `J` joints see: an angle or velocity of the base about z, and those of the arm.
+fn seen<const J: usize, const N: usize>(base: f64, arm: &SVector<f64, N>) -> SVector<f64, J> {
+    let passive = dimensions::passive::<J, N>();
+    SVector::from_iterator(std::iter::repeat_n(base, passive).chain(arm.iter().copied()))
+}
+
+/// Moves a plant whose joints are the arm's, or a base that turns about z and the arm's.
+fn advance<const J: usize, const N: usize, const B: usize>(
+    plant: &mut SerialPlant<N, B>,
+    until: Duration,
+    torque: &SVector<f64, J>,
+    brakes: [Brake; J],
+) where
+    BaseFreedom<B>: PosedBase<B>,
+{
+    let (passive, torques) = (dimensions::passive::<J, N>(), (*torque).into());
+    let base = dimensions::base::<f64, J, N>(&torques);
+    let on_base = SVector::from_fn(|row, _| if row == 0 && B == 1 { base } else { 0.0 });
+    let arm = dimensions::active::<J, N>(&torques);
+    let mut joints = brakes.iter().skip(passive).copied();
+    let brakes = SerialBrakes {
+        // A spacecraft that floats has no brake.
+        base: brakes.first().copied().filter(|_| passive == 1 && B == 1).unwrap_or(Brake::Released),
+        joints: std::array::from_fn(|_| joints.next().unwrap_or(Brake::Released)),
+    };
+    plant.advance_under(until, &on_base, |_| arm, brakes);
+}
+
+/// Where the robot file's task starts, rad, a passive base at zero.
+pub fn start<const J: usize, const N: usize>(robot: &Robot<J, N>) -> SVector<f64, J> {
+    SVector::from(dimensions::of_all::<J, N>(robot.description.task.reference.start()))
+}
+
+impl<const J: usize, const N: usize> Plant<J> for SimulatedPlant<N> {
     fn time(&self) -> Duration {
         match self {
             Self::Uarm(plant) => plant.time(),
             Self::Ideal(plant) => plant.time(),
             Self::Space(plant) => plant.time(),
+            Self::Planar(plant) => plant.time(),
+            Self::Spherical(plant) => plant.time(),
+            Self::Floating(plant) => plant.time(),
         }
     }
 
-    fn position(&self) -> Vector3<f64> {
+    fn position(&self) -> SVector<f64, J> {
         match self {
-            Self::Uarm(plant) => plant.position(),
-            Self::Ideal(plant) => plant.position(),
-            Self::Space(plant) => plant.position(),
+            Self::Uarm(plant) => resized(&plant.position()),
+            Self::Ideal(plant) => resized(&plant.position()),
+            Self::Space(plant) => resized(&plant.position()),
+            Self::Planar(plant) => seen(plant.motion().pose, &plant.motion().state.position),
+            Self::Spherical(plant) => seen(0.0, &plant.motion().state.position),
+            Self::Floating(plant) => {
+                let motion = plant.motion();
+                seen(motion.pose.attitude.euler_angles().2, &motion.state.position)
+            }
         }
     }
 
-    fn velocity(&self) -> Vector3<f64> {
+    fn velocity(&self) -> SVector<f64, J> {
         match self {
-            Self::Uarm(plant) => plant.velocity(),
-            Self::Ideal(plant) => plant.velocity(),
-            Self::Space(plant) => plant.velocity(),
+            Self::Uarm(plant) => resized(&plant.velocity()),
+            Self::Ideal(plant) => resized(&plant.velocity()),
+            Self::Space(plant) => resized(&plant.velocity()),
+            Self::Planar(plant) => seen(plant.motion().state.base_velocity.x, &plant.motion().state.velocity),
+            Self::Spherical(plant) => seen(0.0, &plant.motion().state.velocity),
+            Self::Floating(plant) => seen(plant.motion().state.base_velocity.z, &plant.motion().state.velocity),
         }
     }
 
-    fn advance(&mut self, until: Duration, torque: &Vector3<f64>, brakes: [Brake; 3]) {
+    fn advance(&mut self, until: Duration, torque: &SVector<f64, J>, brakes: [Brake; J]) {
+        let three = || std::array::from_fn(|joint| brakes.get(joint).copied().unwrap_or(Brake::Released));
         match self {
-            Self::Uarm(plant) => plant.advance(until, torque, brakes),
-            Self::Ideal(plant) => plant.advance(until, torque, brakes),
-            Self::Space(plant) => plant.advance(until, torque, brakes),
+            Self::Uarm(plant) => plant.advance(until, &resized(torque), three()),
+            Self::Ideal(plant) => plant.advance(until, &resized(torque), three()),
+            Self::Space(plant) => plant.advance(until, &resized(torque), three()),
+            Self::Planar(plant) => advance(plant, until, torque, brakes),
+            Self::Spherical(plant) => advance(plant, until, torque, brakes),
+            Self::Floating(plant) => advance(plant, until, torque, brakes),
         }
     }
 }
 
 /// A simulated robot with the drives that its file names.
 #[derive(Debug)]
-pub enum SimulatedRobot<P> {
+pub enum SimulatedRobot<P, const J: usize = 3> {
     /// CiA 402 drives on CANopen.
-    Canopen(Box<EmulatedRobot<P>>),
+    Canopen(Box<EmulatedRobot<P, J>>),
     /// CiA 402 drives on CANopen, some with their makers' dictionaries or with a past.
-    Bought(Box<EmulatedRobot<P, MAKERS_OBJECTS>>),
+    Bought(Box<EmulatedRobot<P, J, MAKERS_OBJECTS>>),
     /// ODrive axes.
-    Odrive(Box<EmulatedOdrives<P>>),
+    Odrive(Box<EmulatedOdrives<P, J>>),
 }
 
 /// Puts emulated drives, as the robot file describes them and of the protocol that it names, on a plant.
 ///
 /// # Errors
 /// If the robot file describes drives that cannot be emulated.
-pub fn simulated<P: Plant + Clone>(robot: &Robot, plant: P, pacing: Pacing) -> anyhow::Result<SimulatedRobot<P>> {
+pub fn simulated<P: Plant<J> + Clone, const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    plant: P,
+    pacing: Pacing,
+) -> anyhow::Result<SimulatedRobot<P, J>> {
     Ok(match robot.description.bus.protocol {
         Protocol::Canopen => SimulatedRobot::Canopen(Box::new(emulate(robot, plant, pacing)?)),
         Protocol::Odrive(positions) => {
-            let [first, second, third] = &robot.description.joints;
-            let axis = |index, joint| axis(&robot.description.bus, positions, index, joint);
-            let axes = [axis(0, first)?, axis(1, second)?, axis(2, third)?];
+            let axis = |(index, joint)| axis(&robot.description.bus, positions, index, joint);
+            let axes = each(robot.description.joints.iter().enumerate().map(axis))?;
             SimulatedRobot::Odrive(Box::new(EmulatedOdrives::new(plant, axes, pacing)?))
         }
     })
 }
 
-impl<P: Plant + Clone> RobotOnBus for SimulatedRobot<P> {
+/// An array of what is made of each joint.
+fn each<T, const J: usize>(made: impl Iterator<Item = anyhow::Result<T>>) -> anyhow::Result<[T; J]> {
+    let made: Vec<T> = made.collect::<anyhow::Result<_>>()?;
+    made.try_into().map_err(|made: Vec<T>| anyhow::anyhow!("{} joints, expected {J}", made.len()))
+}
+
+impl<P: Plant<J> + Clone, const J: usize> RobotOnBus for SimulatedRobot<P, J> {
     fn power_on(&mut self, now: Instant, outbox: &mut Outbox) {
         match self {
             Self::Canopen(robot) => robot.power_on(now, outbox),
@@ -216,7 +339,7 @@ impl<P: Plant + Clone> RobotOnBus for SimulatedRobot<P> {
 }
 
 /// How far the clocks of the emulated ODrive axes are off, parts per million: what crystals are within. Chosen.
-const CLOCK_ERRORS_PPM: [i32; 3] = [20, -35, 50];
+const CLOCK_ERRORS_PPM: [i32; 8] = [20, -35, 50, -10, 40, -45, 15, -25];
 /// When each sends its first position by itself. Chosen, so that they are not together.
 const FIRST_POSITIONS: [Duration; 3] =
     [Duration::from_micros(300), Duration::from_micros(1_100), Duration::from_micros(1_900)];
@@ -233,9 +356,9 @@ fn axis(bus: &Bus, positions: Positions, index: usize, joint: &Joint) -> anyhow:
             Positions::OnRequest => Duration::ZERO,
             Positions::Cyclic { every } => every,
         },
-        encoder_phase: FIRST_POSITIONS[index],
+        encoder_phase: FIRST_POSITIONS[index % FIRST_POSITIONS.len()],
         watchdog: bus.controller_timeout,
-        clock_error_ppm: CLOCK_ERRORS_PPM[index],
+        clock_error_ppm: CLOCK_ERRORS_PPM[index % CLOCK_ERRORS_PPM.len()],
     })
     .with_context(|| joint.name.clone())
     .map(|axis| axis.behind(scale.transmission))
@@ -254,12 +377,12 @@ fn encoder(joint: &Joint) -> anyhow::Result<EncoderDescription> {
 ///
 /// # Errors
 /// As [`simulated`], or if a dictionary describes a drive that cannot be emulated, or the robot file names another protocol.
-pub fn simulated_with<P: Plant + Clone>(
-    robot: &Robot,
+pub fn simulated_with<P: Plant<J> + Clone, const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
     plant: P,
     pacing: Pacing,
-    bought: &Bought,
-) -> anyhow::Result<SimulatedRobot<P>> {
+    bought: &Bought<J>,
+) -> anyhow::Result<SimulatedRobot<P, J>> {
     if bought.is_none() {
         return simulated(robot, plant, pacing);
     }
@@ -274,11 +397,15 @@ pub fn simulated_with<P: Plant + Clone>(
 ///
 /// # Errors
 /// If the robot file describes drives that cannot be emulated.
-pub fn emulate<P: Plant + Clone>(robot: &Robot, plant: P, pacing: Pacing) -> anyhow::Result<EmulatedRobot<P>> {
+pub fn emulate<P: Plant<J> + Clone, const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    plant: P,
+    pacing: Pacing,
+) -> anyhow::Result<EmulatedRobot<P, J>> {
     let joints = &robot.description.joints;
-    let ([first, second, third], own) = (joints, BoughtDrive::default());
-    let drives = [emulated_drive(first, &own)?, emulated_drive(second, &own)?, emulated_drive(third, &own)?];
-    let emulated = EmulatedRobot::with_drives(plant, drives, pacing)?;
+    let own = BoughtDrive::default();
+    let emulated =
+        EmulatedRobot::with_drives(plant, each(joints.iter().map(|joint| emulated_drive(joint, &own)))?, pacing)?;
     Ok(emulated.with_torque_delays(joints.each_ref().map(|joint| joint.torque_delay))?)
 }
 
@@ -290,15 +417,14 @@ pub const MAKERS_OBJECTS: usize = 2048;
 /// # Errors
 /// If the robot file or a dictionary describes a drive that cannot be emulated.
 #[inline(never)] // its frame holds thousands of objects: a thread that needs none of them has no room for it
-fn emulate_bought<P: Plant + Clone>(
-    robot: &Robot,
+fn emulate_bought<P: Plant<J> + Clone, const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
     plant: P,
     pacing: Pacing,
-    bought: &[BoughtDrive<'_>; JOINTS],
-) -> anyhow::Result<Box<EmulatedRobot<P, MAKERS_OBJECTS>>> {
+    bought: &[BoughtDrive<'_>; J],
+) -> anyhow::Result<Box<EmulatedRobot<P, J, MAKERS_OBJECTS>>> {
     let joints = &robot.description.joints;
-    let ([first, second, third], [a, b, c]) = (joints, bought);
-    let drives = [emulated_drive(first, a)?, emulated_drive(second, b)?, emulated_drive(third, c)?];
+    let drives = each(joints.iter().zip(bought).map(|(joint, bought)| emulated_drive(joint, bought)))?;
     let emulated = EmulatedRobot::with_drives(plant, drives, pacing)?;
     Ok(Box::new(emulated.with_torque_delays(joints.each_ref().map(|joint| joint.torque_delay))?))
 }

@@ -1,25 +1,24 @@
 //! A run on a simulated robot in virtual time: what `uarm run --virtual-time` does, in this process, without a log.
 
 use anyhow::Context;
-use hinf_control::{AdaptationGuard, Disturbance, Law};
 use uarm_loop::control_loop::LoopEnd;
-use uarm_loop::record::{NoRecorder, Recorder};
+use uarm_loop::record::Recorder;
 use uarm_loop::run::Observer;
 use uarm_loop::settings::Settings;
 use uarm_loop::stop_request::StopRequest;
 use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 
 use crate::bought::Bought;
-use crate::dimensions::{ACTIVE, JOINTS, Outcome, Progress};
+use crate::dimensions::{Outcome, Progress};
 use crate::drives::{ToDrives, run_on};
 use crate::robot::Robot;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant, simulated_with};
+use crate::simulated_robot::{SimulatedPlant, simulated_with};
 
 /// How a simulated run ended.
 #[derive(Debug)]
-pub enum SimulatedEnd {
+pub enum SimulatedEnd<const N: usize = 2> {
     /// The motion was completed.
-    Completed(Box<Outcome>),
+    Completed(Box<Outcome<N>>),
     /// A limit of the robot ended it.
     Failed(anyhow::Error),
 }
@@ -28,12 +27,12 @@ pub enum SimulatedEnd {
 ///
 /// # Errors
 /// If the experiment cannot be begun.
-pub fn simulate<R: Recorder<JOINTS, ACTIVE>>(
-    robot: &Robot,
+pub fn simulate<R: Recorder<J, N>, const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
     settings: &Settings,
-    plant: SimulatedPlant,
+    plant: SimulatedPlant<N>,
     recorder: R,
-) -> anyhow::Result<(SimulatedEnd, R)> {
+) -> anyhow::Result<(SimulatedEnd<N>, R)> {
     simulate_with(robot, &Bought::default(), settings, plant, recorder)
 }
 
@@ -41,20 +40,27 @@ pub fn simulate<R: Recorder<JOINTS, ACTIVE>>(
 ///
 /// # Errors
 /// If the experiment cannot be begun.
-pub fn simulate_with<R: Recorder<JOINTS, ACTIVE>>(
-    robot: &Robot,
-    bought: &Bought,
+pub fn simulate_with<R: Recorder<J, N>, const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    bought: &Bought<J>,
     settings: &Settings,
-    plant: SimulatedPlant,
+    plant: SimulatedPlant<N>,
     recorder: R,
-) -> anyhow::Result<(SimulatedEnd, R)> {
+) -> anyhow::Result<(SimulatedEnd<N>, R)> {
     let mut clock = VirtualClock::new();
     let link = InProcessLink::new(simulated_with(robot, plant, Pacing::WallClock, bought)?, clock.clone());
     let mut controller = robot.controller(settings.law, settings.guard)?;
     let (progress, stop) = (Progress::default(), StopRequest::default());
     let observer = Observer { progress: &progress, stop: &stop };
-    let finished =
-        run_on(&robot.description, settings, &mut controller, ToDrives::over(link), &mut clock, recorder, observer)?;
+    let finished = run_on(
+        &robot.description,
+        settings,
+        controller.as_mut(),
+        ToDrives::over(link),
+        &mut clock,
+        recorder,
+        observer,
+    )?;
     let end = match finished.end {
         Ok(LoopEnd::Completed) => SimulatedEnd::Completed(Box::new(finished.outcome)),
         Ok(LoopEnd::Interrupted) => SimulatedEnd::Failed(anyhow::anyhow!("interrupted")),
@@ -63,22 +69,12 @@ pub fn simulate_with<R: Recorder<JOINTS, ACTIVE>>(
     Ok((end, finished.recorder))
 }
 
-/// The task of `robot` on the simulated robot with the imperfections of its file and the drives `bought`, without fault.
-///
-/// # Errors
-/// If it cannot be begun.
-pub fn rehearse(robot: &Robot, bought: &Bought, law: Law, disturbance: Disturbance) -> anyhow::Result<SimulatedEnd> {
-    let plant = SimulatedPlant::new(robot, PlantChoice::Uarm, disturbance)?;
-    let settings = Settings { guard: AdaptationGuard::Bounded, ..Settings::paper(law) };
-    Ok(simulate_with(robot, bought, &settings, plant, NoRecorder)?.0)
-}
-
-impl SimulatedEnd {
+impl<const N: usize> SimulatedEnd<N> {
     /// What came of a run that completed.
     ///
     /// # Errors
     /// Why it did not complete, with `name`.
-    pub fn completed(self, name: &str) -> anyhow::Result<Outcome> {
+    pub fn completed(self, name: &str) -> anyhow::Result<Outcome<N>> {
         match self {
             Self::Completed(outcome) => Ok(*outcome),
             Self::Failed(error) => Err(error).with_context(|| format!("the run of {name}")),
@@ -90,16 +86,17 @@ impl SimulatedEnd {
 mod tests {
     use std::path::Path;
 
-    use hinf_control::BaseAcceleration;
+    use hinf_control::{BaseAcceleration, Disturbance, Law};
 
     use super::*;
     use crate::dimensions::CycleRecord;
     use crate::robot::BUILT_IN;
     use crate::robot::overrides::Overrides;
+    use crate::simulated_robot::PlantChoice;
 
     /// The paper's experiment with controller 1 on the imperfect UARM, whose joints in `reversed` have their drives the other
     /// way round.
-    fn run_with(reversed: [bool; JOINTS]) -> (Outcome, Vec<CycleRecord>) {
+    fn run_with(reversed: [bool; 3]) -> (Outcome, Vec<CycleRecord>) {
         let mut pieces = BUILT_IN.split("direction = \"positive\"");
         let mut text = pieces.next().unwrap_or_default().to_owned();
         for (piece, reversed) in pieces.zip(reversed) {
@@ -152,7 +149,7 @@ mod tests {
     /// Which way a drive is mounted shows in its counts and in the torques that it is sent, and in nothing else.
     #[test]
     fn a_reversed_drive_moves_its_joint_the_same_way() {
-        let (outcome, records) = run_with([false; JOINTS]);
+        let (outcome, records) = run_with([false; 3]);
         assert!((outcome.indices.l2 - 0.0751).abs() <= 0.0005, "L2 is {}", outcome.indices.l2);
         assert!(records.iter().any(|record| record.counts[0] != 0 && record.torque_sent[1] != 0));
         for reversed in [[true, false, false], [false, true, false], [false, false, true], [true, true, true]] {
@@ -161,7 +158,7 @@ mod tests {
             assert_eq!(indices(&reversed_outcome), indices(&outcome), "{reversed:?}");
             assert_eq!(reversed_records.len(), records.len());
             for (record, mut mirrored) in records.iter().zip(reversed_records) {
-                for joint in (0..JOINTS).filter(|joint| reversed[*joint]) {
+                for joint in (0..3).filter(|joint| reversed[*joint]) {
                     mirrored.counts[joint] = -mirrored.counts[joint];
                     mirrored.torque_sent[joint] = -mirrored.torque_sent[joint];
                 }

@@ -1,13 +1,14 @@
 //! Is the loop stable that a robot file makes with a law? The frozen sampled loop of [`uarm_loop::stability`], with the
 //! period, the estimators and the drives of the file.
 
-use hinf_control::{AdaptationGuard, AnyController, BuildError, Law};
-use nalgebra::Vector2;
+use hinf_control::{AdaptationGuard, BuildError, Controller, Law};
+use nalgebra::SVector;
+use uarm_loop::dimensions;
 use uarm_loop::robot::Joint;
 use uarm_loop::stability::survey::{Worst, task, workspace, worst};
 use uarm_loop::stability::{DelayError, NotLinear, SampledLoop, TransportDelay};
 
-use crate::dimensions::{ACTIVE, LoopRobot};
+use crate::dimensions::LoopRobot;
 use crate::robot::Robot;
 
 /// Why a loop cannot be judged.
@@ -25,67 +26,78 @@ pub enum StabilityError {
 }
 
 /// A robot's loop with one law, to be looked at in its configurations.
-#[derive(Clone, Debug)]
-pub struct Analysis<'a> {
-    robot: &'a LoopRobot,
-    sampled: SampledLoop,
-    controller: AnyController<f64>,
-    delays: [TransportDelay; ACTIVE],
+pub struct Analysis<'a, const J: usize = 3, const N: usize = 2> {
+    robot: &'a LoopRobot<J, N>,
+    sampled: SampledLoop<J, N>,
+    controller: Box<dyn Controller<f64, N>>,
+    delays: [TransportDelay; N],
 }
 
-impl<'a> Analysis<'a> {
+impl<'a, const J: usize, const N: usize> Analysis<'a, J, N> {
     /// The loop of `robot` with `law`, whose torques act `delay` after the counts were latched; without it, when the robot
     /// file's drives apply them.
     ///
     /// # Errors
     /// [`StabilityError`] if it cannot be judged.
-    pub fn new(robot: &'a Robot, law: Law, delay: Option<TransportDelay>) -> Result<Self, StabilityError> {
+    pub fn new(robot: &'a Robot<J, N>, law: Law, delay: Option<TransportDelay>) -> Result<Self, StabilityError> {
         let description = &robot.description;
-        let [base, second, third] = &description.joints;
-        let delays = match delay {
-            Some(delay) => [delay; ACTIVE],
-            None => [drive_delay(description, second)?, drive_delay(description, third)?],
-        };
-        let estimators = [&base.estimator, &second.estimator, &third.estimator];
+        let mut delays = [delay.unwrap_or_default(); N];
+        if delay.is_none() {
+            let active = description.joints.iter().skip(dimensions::passive::<J, N>());
+            for (delay, joint) in delays.iter_mut().zip(active) {
+                *delay = drive_delay(description, joint)?;
+            }
+        }
+        let estimators = description.joints.each_ref().map(|joint| &joint.estimator);
         Ok(Self {
             robot: description,
-            sampled: SampledLoop::new(robot.model, estimators, description.period, delays)?,
+            sampled: SampledLoop::new(robot.arm.rest_model(), estimators, description.period, delays)?,
             controller: robot.controller(law, AdaptationGuard::None)?,
             delays,
         })
     }
 
     /// From the latch of the counts to the torque, joint by joint.
-    pub const fn delays(&self) -> [TransportDelay; ACTIVE] {
+    pub const fn delays(&self) -> [TransportDelay; N] {
         self.delays
     }
 
-    /// The same loop with another delay.
-    #[must_use]
-    pub fn with_delay(&self, delay: TransportDelay) -> Self {
-        let delays = [delay; ACTIVE];
-        Self { sampled: self.sampled.with_delays(delays), delays, ..self.clone() }
+    /// What `look` finds in the same loop with another delay.
+    pub fn with_delay<T>(&mut self, delay: TransportDelay, look: impl FnOnce(&mut Self) -> T) -> T {
+        let own = self.delays;
+        self.set_delays([delay; N]);
+        let found = look(self);
+        self.set_delays(own);
+        found
+    }
+
+    fn set_delays(&mut self, delays: [TransportDelay; N]) {
+        self.delays = delays;
+        self.sampled = self.sampled.with_delays(delays);
     }
 
     /// The worst configuration that the task visits, its start tolerance included.
-    pub fn along_the_task(&mut self) -> Worst {
+    pub fn along_the_task(&mut self) -> Worst<N> {
         let configurations = task(self.robot.task.reference, self.robot.task.start_tolerance);
-        worst(&self.sampled, &mut self.controller, configurations).unwrap_or(NOWHERE)
+        worst(&self.sampled, self.controller.as_mut(), configurations).unwrap_or(nowhere())
     }
 
     /// The worst configuration within the joints' limits.
-    pub fn in_the_workspace(&mut self) -> Worst {
-        let [_, second, third] = &self.robot.joints;
-        let limits = [second.limits.position, third.limits.position];
-        worst(&self.sampled, &mut self.controller, workspace(limits)).unwrap_or(NOWHERE)
+    pub fn in_the_workspace(&mut self) -> Worst<N> {
+        let mut limits = [[0.0; 2]; N];
+        let active = self.robot.joints.iter().skip(dimensions::passive::<J, N>());
+        for (limits, joint) in limits.iter_mut().zip(active) {
+            *limits = joint.limits.position;
+        }
+        worst(&self.sampled, self.controller.as_mut(), workspace(limits)).unwrap_or(nowhere())
     }
 
     /// The shortest delay, in hundredths of a cycle, with which the loop is unstable along the task; `None` if there is none
     /// up to [`TransportDelay::LONGEST`].
-    pub fn delay_limit(&self) -> Option<f64> {
-        let unstable = |hundredths: u32| {
+    pub fn delay_limit(&mut self) -> Option<f64> {
+        let mut unstable = |hundredths: u32| {
             let delay = TransportDelay::cycles(f64::from(hundredths) / 100.0).ok()?;
-            Some(self.with_delay(delay).along_the_task().is_unstable())
+            Some(self.with_delay(delay, |other| other.along_the_task().is_unstable()))
         };
         let tenth = (0..).step_by(10).map_while(|at| Some((at, unstable(at)?))).find(|(_, unstable)| *unstable)?.0;
         let first = (tenth.saturating_sub(9)..tenth).find(|at| unstable(*at) == Some(true));
@@ -94,10 +106,15 @@ impl<'a> Analysis<'a> {
 }
 
 /// No configuration was looked at. There always is one; if not, nothing is known to be stable.
-const NOWHERE: Worst = Worst { radius: f64::NAN, configuration: Vector2::new(f64::NAN, f64::NAN) };
+fn nowhere<const N: usize>() -> Worst<N> {
+    Worst { radius: f64::NAN, configuration: SVector::repeat(f64::NAN) }
+}
 
 /// From the SYNC that latches the counts to the torque of a joint's motor.
-fn drive_delay(robot: &LoopRobot, joint: &Joint) -> Result<TransportDelay, DelayError> {
+fn drive_delay<const J: usize, const N: usize>(
+    robot: &LoopRobot<J, N>,
+    joint: &Joint,
+) -> Result<TransportDelay, DelayError> {
     TransportDelay::of(robot.command_delay(joint) + joint.torque_delay, robot.period)
 }
 

@@ -89,7 +89,7 @@ fn start_recording(folder: &Folder, log: &Path) -> Child {
     let robot = patient_robot::write(&folder.0);
     let child = uarm(&["run", "--hold", "60s", "--robot", robot.to_str().unwrap(), "--log"], log).spawn().unwrap();
     let end = Instant::now() + Duration::from_secs(10);
-    while !RunLog::read(log).is_ok_and(|log| !log.cycles.is_empty()) {
+    while !RunLog::<3, 2>::read(log).is_ok_and(|log| !log.cycles.is_empty()) {
         assert!(Instant::now() < end, "no cycle in {} after 10 s", log.display());
         std::thread::sleep(Duration::from_millis(20));
     }
@@ -112,7 +112,7 @@ fn a_killed_run_leaves_all_but_its_last_second() {
         child.kill().unwrap();
         child.wait().unwrap();
 
-        let log = RunLog::read(&file).unwrap();
+        let log = RunLog::<3, 2>::read(&file).unwrap();
         let last = Duration::from_nanos(log.run.axis.at(log.cycles.last().unwrap().instants.done));
         let lost = killed.duration_since(SystemTime::UNIX_EPOCH).unwrap().saturating_sub(last);
         let starved = starvation.longest();

@@ -27,7 +27,7 @@ fn observed(fault: Fault, cycle: u64) -> Observation {
         plant: robot.plant,
         start_offset: Default::default(),
         fault,
-        joint: Joint::Two,
+        joint: Joint::TWO,
         cycle,
         ..drawn
     };

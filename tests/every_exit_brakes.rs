@@ -100,7 +100,7 @@ where
     L::Error: 'static,
 {
     let mut controller = robot.controller(settings.law, AdaptationGuard::None).unwrap();
-    run_law(&mut controller, robot, settings, link, clock, recorder, stop)
+    run_law(controller.as_mut(), robot, settings, link, clock, recorder, stop)
 }
 
 /// The same under any law.
@@ -325,7 +325,7 @@ fn when_a_number_of_the_law_is_none() {
     ] {
         let robot = Robot::load(None).unwrap();
         let mut law = robot.controller(Law::Nonlinear, AdaptationGuard::None).unwrap();
-        let mut law = Spoiling { law: &mut law, spoiled, cycles: 0, parameters: [1.0, 2.0] };
+        let mut law = Spoiling { law: law.as_mut(), spoiled, cycles: 0, parameters: [1.0, 2.0] };
         let mut clock = VirtualClock::default();
         let seen = Arc::new(Mutex::new(Seen::default()));
         let link = link(&robot, Disturbance::Paper, &clock);
@@ -345,7 +345,7 @@ fn when_a_number_of_the_law_is_none() {
 fn when_a_drive_reports_a_fault() {
     let robot = Robot::load(None).unwrap();
     let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |link| {
-        link.inject(Joint::Two, DriveFault::OverTemperature);
+        link.inject(Joint::TWO, DriveFault::OverTemperature);
     });
     failed_with(finished, &["node 2"]);
     assert_braked(&seen);
@@ -356,7 +356,7 @@ fn when_a_drive_reports_a_fault() {
 fn when_a_drive_ignores_its_target() {
     let robot = Robot::load(None).unwrap();
     let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |link| {
-        link.inject(Joint::Three, DriveFault::TargetIgnored);
+        link.inject(Joint::THREE, DriveFault::TargetIgnored);
     });
     failed_with(finished, &["node 3 ignores its target torque"]);
     assert_braked(&seen);
@@ -368,7 +368,7 @@ fn when_a_joint_turns_before_the_brakes_open_they_stay_closed() {
     let robot = Robot::load(None).unwrap();
     let mut clock = VirtualClock::default();
     let mut link = link(&robot, Disturbance::None, &clock);
-    link.inject(Joint::Two, DriveFault::EncoderDrift { counts: 20 });
+    link.inject(Joint::TWO, DriveFault::EncoderDrift { counts: 20 });
     let enabled = AtomicBool::new(false);
     let link = ObservedLink::new(link, |_, frame: &Frame, _| {
         if matches!(Channel::of(frame.id()), Some(Channel::Rpdo1(_))) && frame.data()[0] & 0b1000 != 0 {
@@ -386,7 +386,7 @@ fn when_a_joint_turns_before_the_brakes_open_they_stay_closed() {
 fn when_a_drive_loses_its_supply() {
     let robot = Robot::load(None).unwrap();
     let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |link| {
-        link.inject(Joint::Three, DriveFault::PowerLost);
+        link.inject(Joint::THREE, DriveFault::PowerLost);
     });
     failed_with(finished, &["joint 3", "no position"]);
     assert_braked(&seen);
@@ -396,7 +396,7 @@ fn when_a_drive_loses_its_supply() {
 fn when_an_encoder_jumps() {
     let robot = Robot::load(None).unwrap();
     let (finished, seen) = run(&robot, NoRecorder, &StopRequest::default(), |link| {
-        link.inject(Joint::Two, DriveFault::EncoderJump { counts: 5_000 });
+        link.inject(Joint::TWO, DriveFault::EncoderJump { counts: 5_000 });
     });
     failed_with(finished, &["joint 2", "counts"]);
     assert_braked(&seen);

@@ -60,14 +60,14 @@ fn run_on(
     let mut clock = VirtualClock::default();
     let plant = SimulatedPlant::new(robot, plant, disturbance).unwrap();
     let bus = InProcessLink::new(emulate(robot, plant, Pacing::WallClock).unwrap(), clock.clone());
-    let faults = fault.map(|fault| (Joint::Two, fault)).into_iter().collect();
+    let faults = fault.map(|fault| (Joint::TWO, fault)).into_iter().collect();
     let link = Faulty { bus, syncs: 0, at, faults };
     let drives = DriveNetwork::new(link, robot.description.network_configuration().unwrap());
     let mut controller = robot.controller(law, AdaptationGuard::None).unwrap();
     let (progress, stop) = (Progress::default(), StopRequest::default());
     let observer = Observer { progress: &progress, stop: &stop };
     let settings = Settings::paper(law);
-    run::run(&robot.description, &settings, &mut controller, drives, &mut clock, Vec::new(), observer).unwrap()
+    run::run(&robot.description, &settings, controller.as_mut(), drives, &mut clock, Vec::new(), observer).unwrap()
 }
 
 fn run(law: Law, at: usize, fault: DriveFault) -> End {
@@ -120,7 +120,7 @@ fn a_single_glitch_is_borne() {
         type Error = InProcessError;
         fn send(&mut self, frame: &Frame) -> Result<Instant, InProcessError> {
             if Channel::of(frame.id()) == Some(Channel::Sync) && self.0.syncs == self.0.at {
-                self.0.bus.inject(Joint::Two, DriveFault::EncoderJump { counts: -95 });
+                self.0.bus.inject(Joint::TWO, DriveFault::EncoderJump { counts: -95 });
             }
             self.0.send(frame)
         }
@@ -128,7 +128,7 @@ fn a_single_glitch_is_borne() {
             self.0.receive(deadline)
         }
     }
-    let faults = vec![(Joint::Two, DriveFault::EncoderJump { counts: 95 })];
+    let faults = vec![(Joint::TWO, DriveFault::EncoderJump { counts: 95 })];
     let link = Once(Faulty { bus, syncs: 0, at: 500, faults });
     let drives = DriveNetwork::new(link, robot.description.network_configuration().unwrap());
     let mut controller = robot.controller(Law::Nonlinear, AdaptationGuard::None).unwrap();
@@ -138,7 +138,7 @@ fn a_single_glitch_is_borne() {
     let end = run::run(
         &robot.description,
         &settings,
-        &mut controller,
+        controller.as_mut(),
         drives,
         &mut clock,
         Vec::<CycleRecord>::new(),

@@ -21,8 +21,8 @@ fn folder(name: &str) -> PathBuf {
 /// The parts that are left, in the order in which they were written.
 fn parts(folder: &Path) -> Vec<PathBuf> {
     let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let mut parts: Vec<_> = files.filter(|file| RunLog::read(file).is_ok()).collect();
-    parts.sort_by_key(|file| RunLog::read(file).unwrap().cycles[0].tick);
+    let mut parts: Vec<_> = files.filter(|file| RunLog::<3, 2>::read(file).is_ok()).collect();
+    parts.sort_by_key(|file| RunLog::<3, 2>::read(file).unwrap().cycles[0].tick);
     parts
 }
 
@@ -58,7 +58,7 @@ fn each_part_replays_and_shows_by_itself_and_only_own_files_are_deleted() {
         let output = uarm(&["replay", part.to_str().unwrap(), "--json"]);
         assert_eq!(output.status.code(), Some(0), "{}", text(&output));
         let replay: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let log = RunLog::read(part).unwrap();
+        let log = RunLog::<3, 2>::read(part).unwrap();
         assert_eq!(replay["exact"]["cycles"], log.cycles.len());
         assert_eq!(replay["part"]["number"], log.part.number);
         cycles.extend(log.cycles.iter().map(|cycle| cycle.tick));
@@ -79,7 +79,7 @@ fn show_tells_the_part_and_monitor_goes_on_to_the_newest() {
         for absent in ["L2", "E (N m s)", "paper", "verdict", "DIFFERS", "LOST"] {
             assert!(!told.contains(absent), "{absent}: {told}");
         }
-        let number = RunLog::read(part).unwrap().part.number;
+        let number = RunLog::<3, 2>::read(part).unwrap().part.number;
         assert!(told.contains(&format!("  part               part {number} of a run")), "{told}");
         assert_eq!(told.contains(": completed"), is_last, "{told}");
         assert_eq!(told.contains("goes on in run.part"), !is_last, "{told}");

@@ -61,7 +61,7 @@ impl Link for Faulty {
         if Channel::of(frame.id()) == Some(Channel::Sync) {
             self.syncs += 1;
             if let Some(fault) = self.fault.filter(|_| self.syncs == self.at) {
-                self.bus.inject(Joint::Two, fault);
+                self.bus.inject(Joint::TWO, fault);
             }
         }
         let at = self.bus.send(frame)?;
@@ -120,7 +120,7 @@ fn run(law: Law, at: usize, fault: Option<DriveFault>, changes: usize, change: f
     let (progress, stop) = (Progress::default(), StopRequest::default());
     let observer = Observer { progress: &progress, stop: &stop };
     let settings = Settings::paper(law);
-    run::run(&robot.description, &settings, &mut controller, drives, &mut clock, recorded, observer).unwrap()
+    run::run(&robot.description, &settings, controller.as_mut(), drives, &mut clock, recorded, observer).unwrap()
 }
 
 fn unchanged(frame: Frame) -> Frame {
@@ -241,7 +241,7 @@ fn a_run_with_lost_answers_replays_bit_for_bit() {
                 behind: Behind::Nothing,
             };
             let mut controller = Robot::load(None).unwrap().controller(Law::Adaptive, AdaptationGuard::None).unwrap();
-            let replay = ExactReplay::run(&source, &mut controller, Start::Beginning).unwrap();
+            let replay = ExactReplay::run(&source, controller.as_mut(), Start::Beginning).unwrap();
             assert!(replay.is_equal(), "{at} {fault:?} {is_recorded}: {replay:?}");
             // The bus alone does not tell whether the loop or the recording went without.
             assert_eq!(replay.missing_positions, if is_recorded { 0 } else { 2 });
@@ -251,7 +251,7 @@ fn a_run_with_lost_answers_replays_bit_for_bit() {
             if is_recorded {
                 let mut controller =
                     Robot::load(None).unwrap().controller(Law::Adaptive, AdaptationGuard::None).unwrap();
-                let later = ExactReplay::run(&source, &mut controller, Start::KeyframeBefore(1.1)).unwrap();
+                let later = ExactReplay::run(&source, controller.as_mut(), Start::KeyframeBefore(1.1)).unwrap();
                 assert!(later.is_equal() && !later.has_loss(), "{at} {fault:?}: {later:?}");
             }
         }

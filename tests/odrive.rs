@@ -57,7 +57,7 @@ fn l2(robot: &Robot, link: impl Link<Error = InProcessError>, clock: &mut Virtua
     let (progress, stop) = (Progress::default(), StopRequest::default());
     let observer = Observer { progress: &progress, stop: &stop };
     let ended =
-        run_on(&robot.description, &settings, &mut controller, ToDrives::over(link), clock, NoRecorder, observer)
+        run_on(&robot.description, &settings, controller.as_mut(), ToDrives::over(link), clock, NoRecorder, observer)
             .unwrap();
     assert_eq!(ended.end.unwrap(), LoopEnd::Completed);
     assert!(ended.stop.all_off());
@@ -259,7 +259,7 @@ fn the_cycle_allocates_nothing() {
     let (progress, stop) = (uarm_loop::progress::Progress::<ACTIVE>::default(), StopRequest::default());
     let mut control_loop = ControlLoop {
         feedback_timeout: robot.description.feedback_timeout,
-        path: signal_path(&robot.description, &settings, &mut controller).unwrap(),
+        path: signal_path(&robot.description, &settings, controller.as_mut()).unwrap(),
         timing: TimingRecorder::new(robot.description.period.duration()),
         progress: &progress,
         stop: &stop,
@@ -340,8 +340,16 @@ fn end_of(stop: &StopRequest, at_400: &dyn Fn()) {
     let progress = Progress::default();
     let observer = Observer { progress: &progress, stop };
     let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        run_on(&robot.description, &settings, &mut controller, ToDrives::over(link), &mut clock, NoRecorder, observer)
-            .map(|_| ())
+        run_on(
+            &robot.description,
+            &settings,
+            controller.as_mut(),
+            ToDrives::over(link),
+            &mut clock,
+            NoRecorder,
+            observer,
+        )
+        .map(|_| ())
     }));
     let _ = ended;
     let states = states.into_inner();
@@ -405,7 +413,7 @@ fn an_encoder_that_jumps_reverses_or_is_no_number_ends_the_run_in_time() {
         let ways = ToDrives::over(link);
         let recorder = Vec::<CycleRecord>::new();
         let ended =
-            run_on(&robot.description, &settings, &mut controller, ways, &mut clock, recorder, observer).unwrap();
+            run_on(&robot.description, &settings, controller.as_mut(), ways, &mut clock, recorder, observer).unwrap();
         assert!(ended.stop.all_off());
         (ended.end.unwrap_err().code, ended.recorder.len())
     };

@@ -309,7 +309,7 @@ fn wrong_values_of_options_are_wrong_usage_and_name_the_option() {
 fn lists_that_are_too_long_and_numbers_of_hundreds_of_digits_are_refused_in_short() {
     let folder = folder("values");
     for (from, to, part) in [
-        ("start_deg = [", "start_deg = [1.0, ", "task.start_deg = 3 values: expected 2 values"),
+        ("start_deg = [", "start_deg = [1.0, ", "task.start_deg = 3 values: expected 2, one for each active joint"),
         (
             "viscous_friction_nm_s = [",
             "viscous_friction_nm_s = [0.0, ",

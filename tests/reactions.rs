@@ -38,7 +38,8 @@ where
     let mut controller = robot.controller(settings.law, settings.guard).unwrap();
     let (progress, stop) = (Progress::default(), StopRequest::default());
     let observer = Observer { progress: &progress, stop: &stop };
-    run_on(&robot.description, settings, &mut controller, ToDrives::over(link), &mut clock, recorder, observer).unwrap()
+    run_on(&robot.description, settings, controller.as_mut(), ToDrives::over(link), &mut clock, recorder, observer)
+        .unwrap()
 }
 
 /// For how long a torque was cut without a break, at most, s.
@@ -233,8 +234,8 @@ fn truth_of(robot: &Robot, brake: Duration) -> (Ended<NoRecorder>, Truth<Simulat
     let ended = run(robot, &settings, link, clock, NoRecorder);
     let mut truth = Arc::into_inner(truth).unwrap().into_inner().unwrap();
     let (mut plant, closing) = (truth.plant.take().unwrap(), truth.closing.expect("the brakes were told to close"));
-    while plant.time() < closing {
-        plant.advance((plant.time() + LOOK).min(closing), &Vector3::zeros(), [Brake::Released; 3]);
+    while Plant::<3>::time(&plant) < closing {
+        plant.advance((Plant::<3>::time(&plant) + LOOK).min(closing), &Vector3::zeros(), [Brake::Released; 3]);
         truth.see(&plant);
     }
     (ended, truth)

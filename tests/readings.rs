@@ -47,19 +47,20 @@ fn ending(fault: Fault, cycle: u64) -> Ending {
     let plant = SimulatedPlant::new(&robot, PlantChoice::Uarm, Disturbance::None).unwrap();
     let mut link = InProcessLink::new(emulate(&robot, plant, Pacing::WallClock).unwrap(), clock.clone());
     if let (Fault::Drive(fault), 0) = (fault, cycle) {
-        link.inject(Joint::Two, fault);
+        link.inject(Joint::TWO, fault);
     }
     let bench = Rc::new(RefCell::new(Bench { link, seen: Seen::default() }));
     let stop = StopRequest::default();
     let nodes = robot.description.joints.each_ref().map(|joint| joint.node);
-    let happens = (fault, Joint::Two, if cycle == 0 { u64::MAX } else { cycle });
+    let happens = (fault, Joint::TWO, if cycle == 0 { u64::MAX } else { cycle });
     let injection = Injection::new(Rc::clone(&bench), clock.clone(), happens, nodes, &stop);
     let settings = Settings { guard: AdaptationGuard::Bounded, ..Settings::paper(Law::Nonlinear) };
     let mut controller = robot.controller(settings.law, settings.guard).unwrap();
     let drives = DriveNetwork::new(injection, robot.description.network_configuration().unwrap());
     let observer = Observer { progress: &Progress::default(), stop: &stop };
     let records: Vec<CycleRecord> = Vec::new();
-    let finished = run(&robot.description, &settings, &mut controller, drives, &mut clock, records, observer).unwrap();
+    let finished =
+        run(&robot.description, &settings, controller.as_mut(), drives, &mut clock, records, observer).unwrap();
     let bench = &mut *bench.borrow_mut();
     bench.settle(&clock, AFTER_THE_RUN);
     let seen = bench.seen;

@@ -76,7 +76,7 @@ fn run_watched(law: Law, guard: AdaptationGuard, recording: &mut Recording<JOINT
     let stop = StopRequest::default();
     let settings = settings(law, guard);
     let mut control_loop = ControlLoop {
-        path: signal_path(&robot.description, &settings, &mut controller).unwrap(),
+        path: signal_path(&robot.description, &settings, controller.as_mut()).unwrap(),
         feedback_timeout: robot.description.feedback_timeout,
         timing: TimingRecorder::new(robot.description.period.duration()),
         progress: &progress,

@@ -99,7 +99,7 @@ impl<S: Sink<JOINTS, ACTIVE>> Sink<JOINTS, ACTIVE> for Gated<S> {
     }
 }
 
-fn log_writer(disk: &Disk) -> LogWriter<Disk, JOINTS> {
+fn log_writer(disk: &Disk) -> LogWriter<Disk, JOINTS, ACTIVE> {
     support::log_writer(disk.clone(), &Settings::paper(Law::Neural), &["hello".to_owned()])
 }
 

@@ -41,7 +41,7 @@ struct Recorded {
 
 impl Recorded {
     fn read(path: &Path) -> Self {
-        let log = RunLog::read(path).unwrap();
+        let log = RunLog::<3, 2>::read(path).unwrap();
         let robot = Robot::from_log(path, &log.run.robot).unwrap();
         let bus = bus_cycles(&log.frames, robot.description.nodes());
         Self { log, robot, bus }
@@ -59,7 +59,7 @@ impl Recorded {
             behind: Behind::Nothing,
         };
         let mut controller = self.robot.controller(settings.law, settings.guard).unwrap();
-        ExactReplay::run(&source, &mut controller, start).unwrap()
+        ExactReplay::run(&source, controller.as_mut(), start).unwrap()
     }
 }
 
@@ -169,7 +169,7 @@ fn a_fault_of_the_robot_comes_again() {
         let robot = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.toml"));
         std::fs::write(&robot, changed).unwrap();
         let path = record(name, &["--virtual-time", "--robot", robot.to_str().unwrap()]);
-        let log = RunLog::read(&path).unwrap();
+        let log = RunLog::<3, 2>::read(&path).unwrap();
         assert!(log.fault.as_ref().is_some_and(|fault| fault.cause.contains(cause)), "{name}: {:?}", log.fault);
         let output = replay(&path, &[]);
         assert_eq!(output.status.code(), Some(0), "{name}: {}", text(&output));
@@ -194,7 +194,7 @@ fn a_fault_of_the_robot_comes_again() {
 fn a_candump_file_replays_to_the_torques_on_the_bus() {
     let arguments = ["--virtual-time", "--controller", "fuzzy", "--disturbance", "none", "--adaptation", "bounded"];
     let path = record("candump", &arguments);
-    let log = RunLog::read(&path).unwrap();
+    let log = RunLog::<3, 2>::read(&path).unwrap();
     let dump = path.with_extension("log");
     candump::write(&log.frames, "can0", log.run.axis, std::fs::File::create(&dump).unwrap()).unwrap();
 
@@ -218,13 +218,13 @@ fn an_interrupted_run_replays_from_its_log_and_from_the_bus() {
     let run = ["run", "--virtual-time", "--hold", "24h", "--controller", "neural"];
     let as_with_can = ["--disturbance", "none", "--adaptation", "bounded", "--log", path.to_str().unwrap()];
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_uarm")).args(run).args(as_with_can).spawn().unwrap();
-    while !RunLog::read(&path).is_ok_and(|log| !log.cycles.is_empty()) {
+    while !RunLog::<3, 2>::read(&path).is_ok_and(|log| !log.cycles.is_empty()) {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     rustix::process::kill_process(rustix::process::Pid::from_child(&child), rustix::process::Signal::INT).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(1));
 
-    let log = RunLog::read(&path).unwrap();
+    let log = RunLog::<3, 2>::read(&path).unwrap();
     let fading = log.cycles.iter().filter(|cycle| cycle.authority == Authority::Fading).count();
     assert_eq!(fading, 17, "50 ms at 3 ms");
     let shown = uarm(&["show", path.to_str().unwrap()]);

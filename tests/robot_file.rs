@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use proptest::prelude::*;
+use uarm::robot::model::Mechanics;
 use uarm::robot::overrides::Overrides;
 use uarm::robot::{BUILT_IN, Robot};
 
@@ -26,19 +27,27 @@ fn refuses(from: &str, to: &str, names: &[&str]) {
     }
 }
 
+/// The model and the space manipulator of a robot like the paper's.
+fn three_links(robot: &Robot) -> (dem_model::ThreeLinkDem<f64>, Option<dem_model::PlanarSpaceManipulator<f64, 2>>) {
+    match robot.mechanics {
+        Mechanics::ThreeLinks { dem, space } => (dem, space),
+        _ => panic!("{} is another arm", robot.description.name),
+    }
+}
+
 #[test]
 fn the_built_in_robot_is_the_papers() {
     let robot = Robot::load(None).unwrap();
     assert_eq!(robot.description.name, "UARM");
-    assert_eq!(robot.model, dem_model::ThreeLinkDem::table_2());
-    assert_eq!(robot.space_manipulator, Some(dem_model::PlanarSpaceManipulator::table_1()));
+    assert_eq!(three_links(&robot).0, dem_model::ThreeLinkDem::table_2());
+    assert_eq!(three_links(&robot).1, Some(dem_model::PlanarSpaceManipulator::table_1()));
     assert_eq!(robot.description.period.seconds(1), 0.003);
     assert_eq!(robot.plant, uarm_sim::UarmPlantParameters::fitted());
 }
 
 #[test]
 fn the_weights_are_table_3() {
-    let controllers = Robot::load(None).unwrap().file.controllers;
+    let controllers = Robot::<3, 2>::load(None).unwrap().controllers;
     // Table 3 by hand: Q1, Q2 and z of controllers 1 to 6; R and gamma are the same for all.
     let table_3 = [
         ([0.64, 0.64], [9.0, 7.0], None),
@@ -158,9 +167,9 @@ fn parsed(text: &str) -> Robot {
 fn is_table_2(robot: &Robot) {
     let close = |found: f64, printed: f64| assert!((found - printed).abs() < 6e-4, "{found} for {printed}");
     let table = dem_model::ThreeLinkDem::<f64>::table_2();
-    close(robot.model.base().inertia, table.base().inertia);
-    close(robot.model.base().length, table.base().length);
-    for (link, printed) in robot.model.links().iter().zip(table.links()) {
+    close(three_links(robot).0.base().inertia, table.base().inertia);
+    close(three_links(robot).0.base().length, table.base().length);
+    for (link, printed) in three_links(robot).0.links().iter().zip(table.links()) {
         close(link.mass, printed.mass);
         close(link.inertia, printed.inertia);
         close(link.length, printed.length);
@@ -172,14 +181,14 @@ fn is_table_2(robot: &Robot) {
 fn a_space_manipulator_alone_gives_the_model() {
     let robot = parsed(&without("model"));
     is_table_2(&robot);
-    assert_ne!(robot.model, dem_model::ThreeLinkDem::table_2(), "not rounded");
+    assert_ne!(three_links(&robot).0, dem_model::ThreeLinkDem::table_2(), "not rounded");
     assert!(!robot.is_the_papers());
 }
 
 #[test]
 fn a_model_alone_has_no_space_manipulator() {
     let robot = parsed(&without("space_manipulator"));
-    assert_eq!((robot.model, robot.space_manipulator), (dem_model::ThreeLinkDem::table_2(), None));
+    assert_eq!(three_links(&robot), (dem_model::ThreeLinkDem::table_2(), None));
     assert!(robot.is_the_papers());
 }
 
@@ -221,7 +230,7 @@ fn a_urdf_gives_the_model_and_the_log_can_do_without_it() {
     let logged = robot.for_log().unwrap();
     std::fs::remove_file(&urdf).unwrap();
     let again = Robot::from_log(Path::new("run.mcap"), &logged).unwrap();
-    assert_eq!((again.model, again.space_manipulator), (robot.model, robot.space_manipulator));
+    assert_eq!(three_links(&again), three_links(&robot));
 
     let missing = with("urdf = \"arms/arm.urdf\"").unwrap_err();
     assert!(missing.contains("arms/arm.urdf: cannot be read"), "{missing}");

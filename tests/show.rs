@@ -109,7 +109,7 @@ fn csv_files_hold_every_cycle_and_the_frames_are_candumps() {
     let mut count = 0;
     let input = std::io::BufReader::new(frames);
     let candump = uarm_log::candump::read(input, uarm_log::candump::Interface::TheOnlyOne, |_| count += 1).unwrap();
-    let log = uarm::dimensions::RunLog::read(&folder.join("run.mcap")).unwrap();
+    let log = uarm::dimensions::RunLog::<3, 2>::read(&folder.join("run.mcap")).unwrap();
     assert_eq!((count, candump.left_out), (log.frames.len(), 0));
     let direct = text(&uarm(&folder, &["show", "run.mcap", "--candump", "-"]).stdout);
     assert!(direct.lines().all(|line| line.contains(" vcan0 ")), "a simulated robot's frames can be played on vcan0");

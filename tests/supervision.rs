@@ -53,7 +53,8 @@ fn reaction(law: Law, fault: DriveFault, joint: Joint, cycle: u64) -> Reaction {
     let drives = DriveNetwork::new(injection, robot.description.network_configuration().unwrap());
     let observer = Observer { progress: &Progress::default(), stop: &stop };
     let records: Vec<CycleRecord> = Vec::new();
-    let finished = run(&robot.description, &settings, &mut controller, drives, &mut clock, records, observer).unwrap();
+    let finished =
+        run(&robot.description, &settings, controller.as_mut(), drives, &mut clock, records, observer).unwrap();
     let bench = &mut *bench.borrow_mut();
     bench.settle(&clock, AFTER_THE_RUN);
     let index = Joint::ALL.iter().position(|of| *of == joint).unwrap();
@@ -63,7 +64,7 @@ fn reaction(law: Law, fault: DriveFault, joint: Joint, cycle: u64) -> Reaction {
         code: finished.end.err().map(|error| error.code()),
         took: bench.seen.braked_at.unwrap().since(bench.seen.fault_at.unwrap()),
         full_torque: bench.seen.full_torque[index],
-        travelled: (bench.link.robot().plant().position()[index] - before).to_degrees().abs(),
+        travelled: (Plant::<3>::position(bench.link.robot().plant())[index] - before).to_degrees().abs(),
     }
 }
 
@@ -93,7 +94,7 @@ fn milliseconds(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
 }
 
-const DRIVEN: [Joint; 2] = [Joint::Two, Joint::Three];
+const DRIVEN: [Joint; 2] = [Joint::TWO, Joint::THREE];
 const BY_THE_MODEL: [FaultCode; 3] = [FaultCode::EncoderStuck, FaultCode::TorqueReversed, FaultCode::ModelContradicted];
 
 /// From rest and in slow motion, below the 0.65 rad/s from which counts alone tell it. How long it takes is how long the law takes to ask for a
@@ -101,15 +102,15 @@ const BY_THE_MODEL: [FaultCode; 3] = [FaultCode::EncoderStuck, FaultCode::Torque
 #[test]
 fn a_counter_that_stands_still_is_found_before_the_joint_is_far() {
     for (joint, cycle, within) in [
-        (Joint::Two, 1, 700),
-        (Joint::Two, 100, 350),
-        (Joint::Two, 200, 50),
-        (Joint::Two, 300, 50),
-        (Joint::Three, 1, 750),
-        (Joint::Three, 100, 450),
-        (Joint::Three, 200, 110),
-        (Joint::Three, 300, 60),
-        (Joint::Three, 500, 50),
+        (Joint::TWO, 1, 700),
+        (Joint::TWO, 100, 350),
+        (Joint::TWO, 200, 50),
+        (Joint::TWO, 300, 50),
+        (Joint::THREE, 1, 750),
+        (Joint::THREE, 100, 450),
+        (Joint::THREE, 200, 110),
+        (Joint::THREE, 300, 60),
+        (Joint::THREE, 500, 50),
     ] {
         let worst = worst(DriveFault::EncoderStuck, joint, cycle, &BY_THE_MODEL);
         assert!(worst.took <= milliseconds(within), "{worst:?}");
@@ -157,7 +158,7 @@ fn an_encoder_that_is_reversed_at_rest_or_in_motion_is_found() {
 #[test]
 fn a_motor_without_torque_contradicts_the_model() {
     for law in Law::ALL.into_iter().filter(|law| *law != Law::Nonlinear) {
-        let found = reaction(law, DriveFault::MotorDisconnected, Joint::Three, 500);
+        let found = reaction(law, DriveFault::MotorDisconnected, Joint::THREE, 500);
         assert_eq!(found.code, Some(FaultCode::ModelContradicted), "{law:?}: {found:?}");
         assert!(found.took <= milliseconds(300) && found.full_torque <= milliseconds(50), "{law:?}: {found:?}");
     }

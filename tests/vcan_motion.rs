@@ -40,7 +40,7 @@ fn assert_same_motion(workshop: &Workshop, name: &str, command: impl Fn(&[&str])
 /// The signals of each cycle in a log, without the instants and without what the supervision makes of them: it takes the
 /// instants as measured.
 fn signals_of(log: &Path) -> Vec<String> {
-    let log = RunLog::read(log).unwrap_or_else(|error| panic!("{error}"));
+    let log = RunLog::<3, 2>::read(log).unwrap_or_else(|error| panic!("{error}"));
     let row = |record: &_| {
         let signals = signals(record).into_iter().filter(|signal| !signal.name().starts_with("residual"));
         signals.map(|signal| format!("{} = {}", signal.name(), signal.value)).collect::<Vec<_>>().join(", ")

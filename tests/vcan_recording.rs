@@ -105,7 +105,7 @@ fn recording_any_law_costs_no_deadline_and_no_page_fault() {
         let output = record(&workshop, &file, &["--controller", law.name()]);
         let report = assert_undisturbed(&output);
         assert!(output.status.success(), "{}", describe(&output));
-        assert_whole(&RunLog::read(&file).unwrap());
+        assert_whole(&RunLog::<3, 2>::read(&file).unwrap());
         assert_eq!(exit_code(&workshop, "replay", &file), Some(0));
         let most = |latency: &str| report["timing"][latency]["maximum_ns"].as_u64().unwrap();
         let [wake_up, feedback, total] = ["wake_up", "feedback_latency", "total"].map(most);
@@ -123,7 +123,7 @@ fn a_full_disk_costs_no_deadline_and_what_it_took_is_readable() {
     let file = disk.file("run.mcap");
     let output = record(&workshop, &file, &[]);
     assert_loss(&output, &assert_undisturbed(&output), "No space left on device");
-    let log = RunLog::read(&file).unwrap();
+    let log = RunLog::<3, 2>::read(&file).unwrap();
     println!("full disk: {} cycles are left; {:?}", log.cycles.len(), log.damage);
     assert_without_gaps(&log);
     assert!(log.cycles.len() > 100 && log.end.is_none());
@@ -242,7 +242,7 @@ fn a_killed_run_leaves_all_but_its_last_second() {
         running.signal(rustix::process::Signal::KILL);
         running.end();
 
-        let log = RunLog::read(&file).unwrap();
+        let log = RunLog::<3, 2>::read(&file).unwrap();
         let killed = killed.duration_since(SystemTime::UNIX_EPOCH).unwrap();
         let last =
             log.cycles.last().map_or(log.run.axis.at(Default::default()), |cycle| log.run.axis.at(cycle.instants.done));

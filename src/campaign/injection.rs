@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use nalgebra::SVector;
 use uarm_io::drive::NodeId;
 use uarm_io::drive::wire::{
     Channel, DriveCommand, heartbeat_frame, master_heartbeat_frame, nmt_frame, plain_sync_frame,
@@ -13,7 +14,7 @@ use uarm_io::frame::Frame;
 use uarm_io::link::{Link, LinkError, LinkErrorKind, LinkHealth, Received};
 use uarm_io::time::{Clock, Duration, Instant};
 use uarm_loop::stop_request::StopRequest;
-use uarm_sim::{Brake, EmulatedRobot, InProcessError, InProcessLink, Joint, VirtualClock};
+use uarm_sim::{Brake, EmulatedRobot, InProcessError, InProcessLink, Joint, Plant, VirtualClock};
 
 use super::fault::{Fault, ForeignFault};
 use crate::dimensions::JOINTS;
@@ -79,7 +80,7 @@ impl Bench {
     /// Looks at joints and brakes.
     fn look(&mut self, now: Instant) {
         let robot = self.link.robot();
-        let position = uarm_sim::Plant::position(robot.plant());
+        let position: SVector<f64, JOINTS> = robot.plant().position();
         for (range, angle) in self.seen.angles.iter_mut().zip(position.iter()) {
             *range = [range[0].min(*angle), range[1].max(*angle)];
         }
@@ -126,12 +127,7 @@ impl<'a> Injection<'a> {
         nodes: [NodeId; JOINTS],
         stop: &'a StopRequest,
     ) -> Self {
-        let [first, second, third] = nodes;
-        let node = match joint {
-            Joint::One => first,
-            Joint::Two => second,
-            Joint::Three => third,
-        };
+        let node = *joint.of(&nodes);
         Self { bench, clock, fault, joint, node, nodes, cycle, stop, again: None }
     }
 

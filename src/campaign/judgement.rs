@@ -111,13 +111,13 @@ pub fn judge(
     let mut violations: Vec<_> = how_it_ended(scenario, expectation, observation).into_iter().collect();
     violations.extend(too_late(expectation, observation));
     for (index, joint) in robot.description.joints.iter().enumerate() {
-        let is_excused = expectation.brake_may_fail && scenario.joint == uarm_sim::Joint::ALL[index];
+        let is_excused = expectation.brake_may_fail && scenario.joint.index() == index;
         let rise = joint.torque_rate_limit * robot.description.period.seconds(1);
         // After a standstill a torque has had longer to rise in.
         let rise = if matches!(scenario.fault, Fault::Suspended { .. }) { f64::INFINITY } else { rise };
         let found = torques(joint, rise, observation, index).into_iter();
         let is_driven = joint.torque_limit > 0.0;
-        let is_judged = is_driven && scenario.joint == uarm_sim::Joint::ALL[index];
+        let is_judged = is_driven && scenario.joint.index() == index;
         let allowed = expectation.full_torque_for.filter(|_| is_judged);
         let lasted = observation.seen.full_torque[index];
         let unnoticed = allowed.filter(|allowed| lasted > *allowed);
@@ -190,7 +190,7 @@ mod tests {
 
     fn scenario(fault: Fault) -> (Robot, Scenario) {
         let robot = Robot::load(None).unwrap();
-        let scenario = Scenario { fault, joint: uarm_sim::Joint::Two, ..Scenario::draw(&robot, 1).unwrap() };
+        let scenario = Scenario { fault, joint: uarm_sim::Joint::TWO, ..Scenario::draw(&robot, 1).unwrap() };
         (robot, scenario)
     }
 

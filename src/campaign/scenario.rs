@@ -43,7 +43,7 @@ impl Scenario {
         let description = &robot.description;
         let cycles = (description.task.motion().end() / description.period.seconds(1)).floor();
         let law = laws[stream.below(laws.len())];
-        let joint = Joint::ALL[stream.below(Joint::ALL.len())];
+        let joint = <Joint>::ALL[stream.below(<Joint>::ALL.len())];
         // The first cycle has its own rules, and with the last the run is over.
         let cycle = stream.uniform(1.0, (cycles - 1.0).max(1.0)) as u64;
         let fault = Fault::draw(&mut stream);

@@ -12,7 +12,7 @@ use uarm_loop::fault_code::Coded;
 use uarm_loop::run::{Observer, run};
 use uarm_loop::settings::Settings;
 use uarm_loop::stop_request::StopRequest;
-use uarm_sim::{InProcessLink, IntegrationStep, Joint, Pacing, VirtualClock};
+use uarm_sim::{InProcessLink, IntegrationStep, Pacing, VirtualClock};
 
 use super::expectation::Expectation;
 use super::injection::{Bench, Injection, Seen};
@@ -35,7 +35,7 @@ pub struct Trial {
     /// The fault in words.
     pub detail: String,
     /// The joint of the drive that it happened to, counted from 1.
-    pub joint: u8,
+    pub joint: usize,
     /// Task time at which it happened, s.
     pub at_s: f64,
     /// `completed`, `interrupted`, or the code of the fault that ended the run.
@@ -67,7 +67,7 @@ impl Trial {
             controller: scenario.law.name().to_owned(),
             fault: scenario.fault.kind().to_owned(),
             detail: scenario.fault.to_string(),
-            joint: number(scenario.joint),
+            joint: scenario.joint.index() + 1,
             at_s: robot.description.period.seconds(scenario.cycle),
             end: observation.end.to_string(),
             reaction_ms: reaction,
@@ -78,14 +78,6 @@ impl Trial {
     /// Was everything as it must be?
     pub const fn is_good(&self) -> bool {
         self.violations.is_empty()
-    }
-}
-
-const fn number(joint: Joint) -> u8 {
-    match joint {
-        Joint::One => 1,
-        Joint::Two => 2,
-        Joint::Three => 3,
     }
 }
 
@@ -117,7 +109,7 @@ pub fn observe(robot: &Robot, scenario: &Scenario) -> anyhow::Result<Observation
     let drives = DriveNetwork::new(injection, description.network_configuration()?);
     let observer = Observer { progress: &Progress::default(), stop: &stop };
     let records: Vec<CycleRecord> = Vec::new();
-    let finished = run(description, &settings, &mut controller, drives, &mut clock, records, observer)?;
+    let finished = run(description, &settings, controller.as_mut(), drives, &mut clock, records, observer)?;
     let end = match &finished.end {
         Ok(LoopEnd::Completed) => End::Completed,
         Ok(LoopEnd::Interrupted) => End::Interrupted,

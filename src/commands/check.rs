@@ -7,14 +7,17 @@ use std::time::Duration;
 
 use hinf_control::{Disturbance, Law};
 use serde::Serialize;
+use uarm_loop::dimensions;
 
 use crate::bought::{Bought, DictionaryArguments};
-use crate::dimensions::ACTIVE;
+use crate::commands::run::rehearse;
 use crate::error_text::with_causes;
 use crate::exit::Exit;
+use crate::robot::RobotText;
 use crate::robot::overrides::Overrides;
+use crate::robot::shape::for_shape;
 use crate::robot::{self, Robot, demand};
-use crate::simulation::{SimulatedEnd, rehearse};
+use crate::simulation::SimulatedEnd;
 use crate::{console, options};
 
 /// Arguments of `uarm check`.
@@ -98,8 +101,13 @@ struct Check {
 /// # Errors
 /// If the file is wrong: file, field, value and what was expected.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let text = RobotText::read(arguments.robot.as_deref())?;
+    for_shape!(text.shape()?, check_robot(arguments, &text))
+}
+
+fn check_robot<const J: usize, const N: usize>(arguments: &Arguments, text: &RobotText) -> anyhow::Result<ExitCode> {
     let overrides = Overrides { period: arguments.period, ..Overrides::default() };
-    let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
+    let robot = Robot::<J, N>::of_text(&text.name, &text.text, &overrides)?;
     let bought = Bought::read(&arguments.dictionaries, &robot.description.nodes())?;
     let mut check = check(arguments.robot.as_deref(), &robot);
     check.unjudged = bought.unjudged(&robot);
@@ -118,11 +126,11 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     Ok(if check.stopped_by.is_none() { Exit::Ok } else { Exit::Failure }.into())
 }
 
-fn check(file: Option<&Path>, robot: &Robot) -> Check {
+fn check<const J: usize, const N: usize>(file: Option<&Path>, robot: &Robot<J, N>) -> Check {
     let description = &robot.description;
     let task = &description.task.reference;
-    let demands = demand::demand(&robot.model, task);
-    let active = description.joints.iter().skip(description.joints.len() - ACTIVE);
+    let demands = demand::demand(robot.arm.as_ref(), task);
+    let active = description.joints.iter().skip(dimensions::passive::<J, N>());
     let joints = active.zip(demands).enumerate().map(|(index, (joint, demand))| {
         let (start, end) = (task.start()[index].to_degrees(), task.end()[index].to_degrees());
         let limit = |quantity, unit, needed, allowed| Limit { quantity, unit, needed, allowed };

@@ -9,6 +9,37 @@ pub const BASE: Stroke = Stroke::solid(GREEN).dashed(Dash::DashDot);
 pub const JOINT_2: Stroke = Stroke::solid(BLUE);
 /// Joint 3.
 pub const JOINT_3: Stroke = Stroke::solid(VERMILION).dashed(Dash::Dashed);
+/// Joint 1, if it is active, and the joints behind joint 3, which have no dots of their own in the figures of the paper.
+const OTHER_JOINTS: [Stroke; 7] = [
+    Stroke::solid(GREEN),
+    Stroke::solid(ORANGE),
+    Stroke::solid(SKY_BLUE).dashed(Dash::DashDot),
+    Stroke::solid(PURPLE),
+    Stroke::solid(BLACK).dashed(Dash::Dashed),
+    Stroke::solid(ORANGE).dashed(Dash::DashDot),
+    Stroke::solid(PURPLE).dashed(Dash::DashDot),
+];
+
+/// The joint of this number, 1 to 9.
+pub const fn of_joint(number: usize) -> Stroke {
+    match number {
+        2 => JOINT_2,
+        3 => JOINT_3,
+        0 | 1 => OTHER_JOINTS[0],
+        other => OTHER_JOINTS[1 + (other - 4) % (OTHER_JOINTS.len() - 1)],
+    }
+}
+
+/// What the drive of that joint reported.
+pub fn reported_by_joint(number: usize) -> Stroke {
+    match number {
+        2 => Stroke::solid(SKY_BLUE).dashed(Dash::Dotted),
+        3 => Stroke::solid(PURPLE).dashed(Dash::Dotted),
+        // Thinner than the torque that was sent.
+        other => of_joint(other).dashed(Dash::Dotted).wide(0.9),
+    }
+}
+
 /// The desired motion.
 pub const REFERENCE: Stroke = Stroke::solid(BLACK).dashed(Dash::Dotted).wide(1.2);
 

@@ -9,7 +9,7 @@ use ratatui::widgets::{self, Block, Chart, Dataset, GraphType, Widget};
 use uarm_plot::sheet::{Axis, Panel, Sheet};
 use uarm_plot::style::{BLACK, Stroke};
 
-use super::panels::LEGEND;
+use super::panels::curve_names;
 use super::plain_text;
 
 /// The dots of the first curve, the characters of the others: they differ without colours too.
@@ -69,7 +69,7 @@ impl Widget for PanelChart<'_> {
 fn title(panel: &Panel) -> Line<'static> {
     let mut spans = vec![Span::from(format!(" {} over {}", panel.y.label, panel.x.label)).bold()];
     for (curve, (_, symbol)) in panel.curves.iter().zip(MARKERS.iter().cycle()) {
-        let name = LEGEND.iter().find(|(_, stroke)| *stroke == curve.stroke).map_or("", |(name, _)| name);
+        let name = curve_names().find(|(_, stroke)| *stroke == curve.stroke).map_or(String::new(), |(name, _)| name);
         spans.push(Span::styled(format!("   {symbol} {name}"), style(&curve.stroke)));
     }
     spans.push(Span::from(" "));
@@ -123,7 +123,8 @@ mod tests {
 
     fn ramp() -> Panel {
         let axis = |label| Axis::new(label, 0.0..4.0, 1.0, 0);
-        Panel::new("", axis("Time (s)"), axis("Angle (\u{b0})")).with(LEGEND[0].1, [[0.0, 0.0], [4.0, 4.0]])
+        Panel::new("", axis("Time (s)"), axis("Angle (\u{b0})"))
+            .with(crate::figures::style::JOINT_2, [[0.0, 0.0], [4.0, 4.0]])
     }
 
     #[test]

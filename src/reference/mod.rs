@@ -30,7 +30,7 @@ use store::References;
 use verify::verify;
 
 /// The joints of `robot` whose angles are unknown after power-up, by index.
-pub fn incremental_joints(robot: &Robot) -> Vec<usize> {
+pub fn incremental_joints<const J: usize, const N: usize>(robot: &Robot<J, N>) -> Vec<usize> {
     let is_incremental = |encoder: &Encoder| encoder.reference == ReferenceKind::Incremental;
     robot
         .file
@@ -46,7 +46,10 @@ pub fn incremental_joints(robot: &Robot) -> Vec<usize> {
 ///
 /// # Errors
 /// If the interface cannot be used, or the drives do not speak CANopen.
-pub fn link(robot: &Robot, interface: InterfaceName) -> anyhow::Result<SocketCanLink> {
+pub fn link<const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    interface: InterfaceName,
+) -> anyhow::Result<SocketCanLink> {
     anyhow::ensure!(
         robot.description.bus.protocol == Protocol::Canopen,
         "encoder.reference = \"incremental\" needs drives that speak CANopen"
@@ -62,7 +65,11 @@ pub fn link(robot: &Robot, interface: InterfaceName) -> anyhow::Result<SocketCan
 ///
 /// # Errors
 /// If a reference is missing or no longer holds: the message says why, and how to set it.
-pub fn apply(robot: Robot, file: Option<&Path>, interface: InterfaceName) -> anyhow::Result<(Robot, Vec<String>)> {
+pub fn apply<const J: usize, const N: usize>(
+    robot: Robot<J, N>,
+    file: Option<&Path>,
+    interface: InterfaceName,
+) -> anyhow::Result<(Robot<J, N>, Vec<String>)> {
     let joints = incremental_joints(&robot);
     let (Some(file), false) = (file, joints.is_empty()) else { return Ok((robot, Vec::new())) };
     let how =
@@ -79,12 +86,12 @@ pub fn apply(robot: Robot, file: Option<&Path>, interface: InterfaceName) -> any
 }
 
 /// See [`apply`]: with what the drives have shown.
-fn referenced(
-    robot: Robot,
+fn referenced<const J: usize, const N: usize>(
+    robot: Robot<J, N>,
     file: &Path,
     stored: &References,
     shown: &[(usize, Shown)],
-) -> anyhow::Result<(Robot, Vec<String>)> {
+) -> anyhow::Result<(Robot<J, N>, Vec<String>)> {
     let mut changed = robot.file.clone();
     let mut lines = Vec::new();
     for (joint, found) in shown {

@@ -3,18 +3,15 @@
 use dem_model::ThreeLinkDem;
 use nalgebra::Vector3;
 use uarm_loop::plausibility::AccelerationBound;
-use uarm_loop::robot::Joint;
-
-use crate::dimensions::JOINTS;
 
 /// Angles of joints 2 and 3 at which the model is looked at, over a whole turn.
 const STEPS: u32 = 24;
 
 /// q̈ = M⁻¹ (τ − C q̇), over a grid of configurations, with all torques at their limits and all velocities of size one, whatever
 /// their signs.
-pub(super) fn bounds(model: &ThreeLinkDem<f64>, joints: &[Joint; JOINTS]) -> Option<[AccelerationBound; JOINTS]> {
-    let torque = Vector3::from(joints.each_ref().map(|joint| joint.torque_limit));
-    let mut bounds = [AccelerationBound { by_torque: 0.0, by_velocity: 0.0 }; JOINTS];
+pub(super) fn bounds(model: &ThreeLinkDem<f64>, largest_torque: &[f64; 3]) -> Option<[AccelerationBound; 3]> {
+    let torque = Vector3::from(*largest_torque);
+    let mut bounds = [AccelerationBound { by_torque: 0.0, by_velocity: 0.0 }; 3];
     let angle = |step: u32| std::f64::consts::TAU * f64::from(step) / f64::from(STEPS);
     for (second, third) in (0..STEPS).flat_map(|second| (0..STEPS).map(move |third| (second, third))) {
         let q = Vector3::new(0.0, angle(second), angle(third));

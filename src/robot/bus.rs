@@ -9,7 +9,6 @@ use uarm_loop::robot::{Bus, Joint, Protocol};
 
 use super::error::{Checker, RobotError};
 use super::file;
-use crate::dimensions::JOINTS;
 
 /// The longest that drives may wait for a controller that has died, with its last torque standing. At full torque a joint of the UARM turns
 /// more than once in this time: 50 ms, as in the shipped files, is what a watchdog should have.
@@ -20,7 +19,7 @@ const BITRATES: [u32; 8] = [1_000_000, 800_000, 500_000, 250_000, 125_000, 50_00
 
 pub(super) fn check(
     bus: &file::Bus,
-    joints: &[Joint; JOINTS],
+    joints: &[Joint],
     protocol: Protocol,
     period: Period,
     check: &Checker<'_>,
@@ -31,8 +30,8 @@ pub(super) fn check(
     let bit_rate = BitRate::new(bus.bitrate_hz)
         .map_err(|error| check.refuse("bus.bitrate_hz", bus.bitrate_hz, error.to_string()))?;
     let time = match protocol {
-        Protocol::Canopen => BusTime::of_cycle_with(JOINTS, &other_frames(joints), bit_rate, period.duration()),
-        Protocol::Odrive(positions) => BusTime::of_odrive_cycle(JOINTS, positions, bit_rate, period.duration()),
+        Protocol::Canopen => BusTime::of_cycle_with(joints.len(), &other_frames(joints), bit_rate, period.duration()),
+        Protocol::Odrive(positions) => BusTime::of_odrive_cycle(joints.len(), positions, bit_rate, period.duration()),
     };
     let time =
         time.map_err(|error| check.refuse("control.period_us", period.duration().as_micros(), error.to_string()))?;
@@ -122,7 +121,7 @@ fn attempts(bus: &file::Bus, check: &Checker<'_>) -> Result<Option<u8>, RobotErr
 
 /// Data bytes of the frames beyond those that every robot has: torque feedback, and TPDOs that are kept, of which no more
 /// is known than that a frame has eight bytes at most.
-fn other_frames(joints: &[Joint; JOINTS]) -> Vec<usize> {
+fn other_frames(joints: &[Joint]) -> Vec<usize> {
     const TORQUE_FEEDBACK: usize = 2;
     const MOST: usize = 8;
     let of_joint = |joint: &Joint| {

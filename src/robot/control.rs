@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use dem_model::ThreeLinkDem;
-use hinf_control::{AdaptationGuard, AdaptationSettings, BuildContext, Law};
+use hinf_control::{AdaptationGuard, AdaptationSettings, ControllerSettings, FuzzySets, Law};
 use uarm_io::encoder::CountsPerRevolution;
 use uarm_io::estimator::{AnyEstimator, EstimatorConfiguration, KalmanSettings};
 use uarm_io::time::Duration;
+use uarm_loop::dimensions;
 use uarm_loop::fade::StopRamp;
 use uarm_loop::period::Period;
 use uarm_loop::rest::RestVelocity;
@@ -14,22 +14,32 @@ use uarm_loop::robot::Bus;
 use uarm_loop::saturation::SaturationLimit;
 use uarm_loop::schedule::OverrunsInARow;
 
+use super::arm::{Arm, LawChoice};
 use super::error::{Checker, RobotError};
-use super::file::{self, RobotFile};
+use super::file;
 
 /// Checks that every law of the file can be built.
-pub(super) fn check(file: &RobotFile, model: ThreeLinkDem<f64>, check: &Checker<'_>) -> Result<(), RobotError> {
-    // Bounded, so that the bounds are looked at as well.
-    let context = BuildContext { adaptation_guard: AdaptationGuard::Bounded, ..BuildContext::new(model) };
+pub(super) fn check<const J: usize, const N: usize>(
+    settings: &ControllerSettings<N>,
+    arm: &dyn Arm<J, N>,
+    check: &Checker<'_>,
+) -> Result<(), RobotError> {
     for law in Law::ALL {
+        // Bounded, so that the bounds are looked at as well.
+        let choice = LawChoice { law, guard: AdaptationGuard::Bounded, fuzzy_sets: FuzzySets::untrained() };
         let field = |name: &str| format!("controllers.{}{name}", law.name());
-        if let Some(AdaptationSettings { z, bound }) = file.controllers.adaptation(law) {
+        if let Some(AdaptationSettings { z, bound }) = settings.adaptation(law) {
             check.positive(&field(".z"), z)?;
             check.positive(&field(".bound"), bound)?;
         }
-        file.controllers
-            .build(law, &context)
+        let reads_base = arm
+            .reads_base(settings, &choice)
             .map_err(|error| check.refuse(field(""), error, "settings with which the controller can be built"))?;
+        if dimensions::passive::<J, N>() == 0 && reads_base {
+            let expected = "a form that reads nothing of the base, on which the robot has no sensor: \
+                            base_acceleration = \"omitted\" or \"reduced\", model_form = \"active-joints\" or \"reduced\"";
+            return Err(check.refuse(field(""), "a form that reads the base's motion", expected));
+        }
     }
     Ok(())
 }
@@ -93,11 +103,11 @@ pub(super) fn saturation_limit(control: &file::Control, check: &Checker<'_>) -> 
 
 /// The estimator of one joint, whose encoder has this many counts.
 pub(super) fn estimator(
-    file: &RobotFile,
+    (estimator, period_us): (&file::Estimator, u32),
     counts: CountsPerRevolution,
     check: &Checker<'_>,
 ) -> Result<AnyEstimator<f64>, RobotError> {
-    let configuration = match file.estimator {
+    let configuration = match *estimator {
         file::Estimator::LowPass { cutoff_rad_per_s } => EstimatorConfiguration::LowPass { cutoff: cutoff_rad_per_s },
         file::Estimator::TrackingLoop { bandwidth_rad_per_s } => {
             EstimatorConfiguration::Tracking { bandwidth: bandwidth_rad_per_s }
@@ -106,7 +116,7 @@ pub(super) fn estimator(
             jerk_density: jerk_density_rad2_per_s5,
             // A value rounded to steps of D has the standard deviation D/sqrt(12).
             measurement_deviation: counts.resolution() / 12.0_f64.sqrt(),
-            nominal_period: f64::from(file.control.period_us) * 1e-6,
+            nominal_period: f64::from(period_us) * 1e-6,
         }),
         file::Estimator::Levant { jerk_bound_rad_per_s3 } => {
             EstimatorConfiguration::Levant { jerk_bound: jerk_bound_rad_per_s3 }

@@ -1,20 +1,19 @@
 //! What a motion asks of the active joints, held against what the robot file allows them: before anything moves.
 
-use dem_model::ThreeLinkDem;
 use hinf_control::QuinticReference;
-use nalgebra::Vector3;
+use nalgebra::SVector;
 use serde::Serialize;
 use uarm_loop::barrier::Times;
+use uarm_loop::dimensions;
 use uarm_loop::guard::Quantity;
 
+use super::arm::Arm;
 use super::error::{Checker, RobotError};
-use crate::dimensions::{ACTIVE, LoopRobot};
+use crate::dimensions::LoopRobot;
 
 /// In how many equal parts the motion is looked at: velocity and torque of a quintic change by less than a per cent from one
 /// to the next.
 const SAMPLES: u16 = 1000;
-/// The base's angular momentum in a motion from rest, kg·m²/s.
-const NO_MOMENTUM: f64 = 0.0;
 
 /// The most that a motion asks of one active joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -29,20 +28,15 @@ pub struct Demand {
     pub torque_rate: f64,
 }
 
-/// What `motion` asks of each active joint of the nominal `model`.
-pub fn demand(model: &ThreeLinkDem<f64>, motion: &QuinticReference<f64, ACTIVE>) -> [Demand; ACTIVE] {
+/// What `motion` asks of each active joint of the nominal `arm`.
+pub fn demand<const J: usize, const N: usize>(arm: &dyn Arm<J, N>, motion: &QuinticReference<f64, N>) -> [Demand; N] {
     let step = motion.duration() / f64::from(SAMPLES);
-    let mut most = [Demand::default(); ACTIVE];
+    let mut most = [Demand::default(); N];
     let mut torque_before = None;
     for sample in 0..=SAMPLES {
         let reference = motion.at(f64::from(sample) * step);
-        let q = Vector3::new(0.0, reference.position.x, reference.position.y);
-        let torque = model.reduced(&q, &reference.velocity).arm_torque(
-            &reference.acceleration,
-            &reference.velocity,
-            NO_MOMENTUM,
-        );
-        let change = torque_before.map_or_else(Default::default, |before| torque - before);
+        let torque = arm.torque_from_rest(&reference);
+        let change = torque_before.map_or(SVector::zeros(), |before| torque - before);
         torque_before = Some(torque);
         for (joint, most) in most.iter_mut().enumerate() {
             *most = Demand {
@@ -75,15 +69,15 @@ pub const TASK: Source = Source { start: "task.start_deg", end: "task.end_deg", 
 ///
 /// # Errors
 /// [`RobotError::Field`] names what sets the motion, the joint, and the limit.
-pub fn check(
-    robot: &LoopRobot,
-    model: &ThreeLinkDem<f64>,
-    motion: &QuinticReference<f64, ACTIVE>,
+pub fn check<const J: usize, const N: usize>(
+    robot: &LoopRobot<J, N>,
+    arm: &dyn Arm<J, N>,
+    motion: &QuinticReference<f64, N>,
     source: Source,
     check: &Checker<'_>,
-) -> Result<[Demand; ACTIVE], RobotError> {
-    let demands = demand(model, motion);
-    let passive = robot.joints.len() - ACTIVE;
+) -> Result<[Demand; N], RobotError> {
+    let demands = demand(arm, motion);
+    let passive = dimensions::passive::<J, N>();
     for (active, (joint, demand)) in robot.joints.iter().skip(passive).zip(&demands).enumerate() {
         let limits = format!("joints[{}].limits", active + passive);
         let [least, most] = joint.limits.position;
@@ -127,24 +121,21 @@ pub fn check(
 
 /// Refuses a motion from which a joint could not be braked within its limits: the loop would end the run there. The base is taken
 /// to stand at zero.
-fn check_braking(
-    robot: &LoopRobot,
-    motion: &QuinticReference<f64, ACTIVE>,
+fn check_braking<const J: usize, const N: usize>(
+    robot: &LoopRobot<J, N>,
+    motion: &QuinticReference<f64, N>,
     source: Source,
     check: &Checker<'_>,
 ) -> Result<(), RobotError> {
     let guard = robot.guard();
     let (period, step) = (robot.period.seconds(1), motion.duration() / f64::from(SAMPLES));
-    let angles = |time: f64| {
-        let position = motion.at(time).position;
-        [0.0, position.x, position.y]
-    };
+    let angles = |time: f64| dimensions::of_all(&motion.at(time).position);
     for time in (0..=SAMPLES).map(|sample| f64::from(sample) * step) {
         let times = Times { time, elapsed: period, period };
         let before = angles((time - period).max(0.0)).map(Some);
         if let Err(violation) = guard.check_stopping(&times, &before, &angles(time)) {
             let is_angle = violation.quantity == Quantity::StoppingAngle;
-            let active = violation.joint.saturating_sub(1 + robot.joints.len() - ACTIVE);
+            let active = violation.joint.saturating_sub(1 + dimensions::passive::<J, N>());
             let expected = format!("a motion in which every joint can be braked within its limits: {violation}");
             return Err(match (is_angle, time * 2.0 < motion.duration()) {
                 (true, true) => {
@@ -172,6 +163,9 @@ fn rounded(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+
+    use dem_model::ThreeLinkDem;
+    use nalgebra::Vector3;
 
     use super::*;
     use crate::robot::overrides::Overrides;
@@ -238,7 +232,7 @@ mod tests {
     #[test]
     fn the_demand_of_the_papers_task_is_that_of_its_equations() {
         let robot = Robot::load(None).unwrap();
-        let [joint_2, joint_3] = demand(&robot.model, &robot.description.task.reference);
+        let [joint_2, joint_3] = demand(robot.arm.as_ref(), &robot.description.task.reference);
         let peak = |travel: f64| 10.0 / 3.0_f64.sqrt() * travel.to_radians() / 9.0;
         for (found, expected) in [
             (joint_2.velocity, (15.0 / 8.0 * 60.0 / 3.0_f64).to_radians()),
@@ -250,14 +244,15 @@ mod tests {
         }
         // The same by the full dynamics, of which nothing is reduced: the base's acceleration is the one at which the base
         // needs no torque, and its velocity the one at which there is no momentum.
+        let model = ThreeLinkDem::<f64>::table_2();
         let mut most = [0.0_f64; 2];
         for step in 0..=3000 {
             let motion = robot.description.task.reference.at(f64::from(step) * 1e-3);
             let q = Vector3::new(0.0, motion.position.x, motion.position.y);
             let with_base = |base: f64, joints: nalgebra::Vector2<f64>| Vector3::new(base, joints.x, joints.y);
-            let momentum = |base| robot.model.angular_momentum(&q, &with_base(base, motion.velocity));
+            let momentum = |base| model.angular_momentum(&q, &with_base(base, motion.velocity));
             let velocity = with_base(-momentum(0.0) / (momentum(1.0) - momentum(0.0)), motion.velocity);
-            let torque = |base| robot.model.inverse_dynamics(&q, &velocity, &with_base(base, motion.acceleration));
+            let torque = |base| model.inverse_dynamics(&q, &velocity, &with_base(base, motion.acceleration));
             let base = -torque(0.0).x / (torque(1.0).x - torque(0.0).x);
             let needed = torque(base);
             assert!(needed.x.abs() < 1e-12);

@@ -23,14 +23,14 @@ const TPDO2_BASE: u16 = 0x280;
 const LEAST_COMMANDS_IN_TIMEOUT: u32 = 3;
 
 /// Checks the fields of one joint's drive.
-pub(super) struct DriveCheck<'a> {
+pub(super) struct DriveCheck<'a, const N: usize> {
     pub(super) index: usize,
     pub(super) joint: &'a file::Joint,
-    pub(super) file: &'a RobotFile,
+    pub(super) file: &'a RobotFile<N>,
     pub(super) check: &'a Checker<'a>,
 }
 
-impl DriveCheck<'_> {
+impl<const N: usize> DriveCheck<'_, N> {
     fn drive(&self) -> &file::Drive {
         &self.joint.drive
     }

@@ -95,6 +95,11 @@ impl<'a> Checker<'a> {
         Self { file }
     }
 
+    /// The file.
+    pub const fn file(&self) -> &'a Path {
+        self.file
+    }
+
     /// The error of a field.
     pub fn refuse(&self, field: impl Into<String>, value: impl Display, expected: impl Into<String>) -> RobotError {
         RobotError::Field {

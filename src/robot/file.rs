@@ -15,7 +15,8 @@ use uarm_io::encoder::Direction;
 use uarm_io::torque::TorqueUnit;
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct RobotFile {
+#[serde(bound = "")]
+pub struct RobotFile<const N: usize = 2> {
     pub schema: u32,
     pub name: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -29,7 +30,8 @@ pub struct RobotFile {
     pub supervision: Supervision,
     pub bus: Bus,
     pub joints: Vec<Joint>,
-    pub controllers: ControllerSettings,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controllers: Option<ControllerSettings<N>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plant: Option<Plant>,
 }
@@ -44,6 +46,18 @@ pub struct Model {
     pub urdf: Option<PathBuf>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spacecraft: Option<UrdfSpacecraft>,
+    /// The text of the URDF, in logs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub urdf_text: Option<String>,
+}
+
+/// A spacecraft that the URDF does not have: xx, yy, zz, xy, xz, yz of its inertia.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+pub struct UrdfSpacecraft {
+    pub mass_kg: f64,
+    pub inertia_kg_m2: [f64; 6],
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
@@ -92,8 +106,8 @@ pub struct SpaceLink {
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Task {
-    pub start_deg: [f64; 2],
-    pub end_deg: [f64; 2],
+    pub start_deg: Vec<f64>,
+    pub end_deg: Vec<f64>,
     pub duration_s: f64,
     pub hold_s: f64,
     pub start_tolerance_deg: f64,
@@ -124,12 +138,12 @@ pub enum Estimator {
     Levant { jerk_bound_rad_per_s3: f64 },
 }
 
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 pub struct Supervision {
     #[serde(default, skip_serializing_if = "is_default")]
     pub mode: SupervisionMode,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unmodelled_torque_nm: Option<[f64; 2]>,
+    pub unmodelled_torque_nm: Option<Vec<f64>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model_error: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

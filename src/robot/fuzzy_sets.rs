@@ -117,7 +117,7 @@ impl TrainedSets {
     }
 }
 
-impl Robot {
+impl<const J: usize, const N: usize> Robot<J, N> {
     /// Lets the fuzzy ones of `laws` run with the sets in `file`, if one is given.
     ///
     /// # Errors
@@ -138,7 +138,7 @@ impl Robot {
     }
 
     fn is_fuzzy(&self, law: Law) -> bool {
-        self.file.controllers.firing(law).is_some()
+        self.controllers.firing(law).is_some()
     }
 
     /// What to say of a run with `law`, if it has trained sets.
@@ -152,7 +152,7 @@ impl Robot {
     /// [`RobotError`] if the sets were trained for another firing than the laws have.
     pub fn use_fuzzy_sets(&mut self, name: &Path, trained: &TrainedSets) -> Result<(), RobotError> {
         for law in Law::ALL {
-            let Some(firing) = self.file.controllers.firing(law) else { continue };
+            let Some(firing) = self.controllers.firing(law) else { continue };
             if firing != trained.firing {
                 let [expected, found] = [firing, trained.firing].map(firing_name);
                 let expected = format!("{expected}, which controllers.{}.firing of the robot file says", law.name());

@@ -5,6 +5,7 @@ use uarm_io::encoder::{CounterWidth, CountsPerRevolution, Direction, EncoderConf
 use uarm_io::gear::{GearRatio, Transmission};
 use uarm_io::time::Duration;
 use uarm_io::torque::{RatedTorque, TorqueCeiling, TorqueScale, TorqueUnit};
+use uarm_loop::dimensions;
 use uarm_loop::guard::JointLimits;
 use uarm_loop::robot::Joint;
 
@@ -12,32 +13,40 @@ use super::drive::{DriveCheck, check_identifiers};
 use super::error::{Checker, RobotError};
 use super::file::{self, ReferenceKind, RobotFile, Role};
 use super::homing;
-use crate::dimensions::JOINTS;
 
 /// The highest node id of a drive: 127 is the controller's.
 const LAST_DRIVE_NODE: u8 = 126;
 
-pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<[Joint; JOINTS], RobotError> {
-    let joints: &[file::Joint; JOINTS] = file.joints.as_slice().try_into().map_err(|_| {
-        check.refuse("joints", format!("{} joints", file.joints.len()), "three joints: the passive base and two active")
-    })?;
+pub(super) fn check<const J: usize, const N: usize>(
+    file: &RobotFile<N>,
+    check: &Checker<'_>,
+) -> Result<[Joint; J], RobotError> {
+    let joints = &file.joints;
     for (index, joint) in joints.iter().enumerate() {
-        let wanted = if index == 0 { Role::Passive } else { Role::Active };
+        let wanted = if index < dimensions::passive::<J, N>() { Role::Passive } else { Role::Active };
         if joint.role != wanted {
-            let expected = "\"passive\" for joints[0], the base, and \"active\" for the others";
+            let expected = "\"passive\" for joints[0] if it is the base, and \"active\" for the others";
             return Err(check.refuse(format!("joints[{index}].role"), format!("{:?}", joint.role), expected));
         }
         if joints.iter().take(index).any(|earlier| earlier.node == joint.node) {
             return Err(check.refuse(format!("joints[{index}].node"), joint.node, "a node id that no other joint has"));
         }
     }
-    let [first, second, third] = joints;
-    let joints = [one(0, first, file, check)?, one(1, second, file, check)?, one(2, third, file, check)?];
-    check_identifiers(&joints.each_ref().map(|joint| &joint.drive), check)?;
-    Ok(joints)
+    let checked: Result<Vec<_>, _> =
+        joints.iter().enumerate().map(|(index, joint)| one(index, joint, file, check)).collect();
+    let checked: [Joint; J] = checked?.try_into().map_err(|checked: Vec<_>| {
+        check.refuse("joints", format!("{} joints", checked.len()), format!("{J}, {N} of them active"))
+    })?;
+    check_identifiers(&checked.each_ref().map(|joint| &joint.drive), check)?;
+    Ok(checked)
 }
 
-fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>) -> Result<Joint, RobotError> {
+fn one<const N: usize>(
+    index: usize,
+    joint: &file::Joint,
+    file: &RobotFile<N>,
+    check: &Checker<'_>,
+) -> Result<Joint, RobotError> {
     let period = f64::from(file.control.period_us) * 1e-6;
     let field = |name: &str| format!("joints[{index}].{name}");
     if !(1..=LAST_DRIVE_NODE).contains(&joint.node) {
@@ -81,11 +90,15 @@ fn one(index: usize, joint: &file::Joint, file: &RobotFile, check: &Checker<'_>)
     Ok(Joint {
         name: joint.name.clone(),
         node,
-        estimator: super::control::estimator(file, encoder.counts_per_revolution, check)?,
+        estimator: super::control::estimator(
+            (&file.estimator, file.control.period_us),
+            encoder.counts_per_revolution,
+            check,
+        )?,
         encoder,
         torque_scale,
         drive,
-        torque_delay: torque_delay(&field("drive.torque_delay_us"), joint, file, check)?,
+        torque_delay: torque_delay(&field("drive.torque_delay_us"), joint, &file.control, check)?,
         torque_limit,
         torque_rate_limit,
         limits: JointLimits { position: [minimum.to_radians(), maximum.to_radians()], velocity },
@@ -212,14 +225,14 @@ fn scale(
 fn torque_delay(
     field: &str,
     joint: &file::Joint,
-    file: &RobotFile,
+    control: &file::Control,
     check: &Checker<'_>,
 ) -> Result<Duration, RobotError> {
     let microseconds = joint.drive.torque_delay_us.unwrap_or_default();
-    if microseconds < file.control.period_us {
+    if microseconds < control.period_us {
         Ok(Duration::from_micros(microseconds.into()))
     } else {
-        Err(check.refuse(field, microseconds, format!("less than control.period_us, {}", file.control.period_us)))
+        Err(check.refuse(field, microseconds, format!("less than control.period_us, {}", control.period_us)))
     }
 }
 

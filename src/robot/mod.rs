@@ -7,8 +7,11 @@
 //! | [`fuzzy_sets`] | files of trained fuzzy sets |
 //! | [`overrides`] | what a command line changes of it |
 //! | `reading` | TOML into a type, and the fields that it does not know |
+//! | [`arm`] | what the loop and its checks ask of an arm |
 //! | [`model`] | what the controllers believe the arm to be |
 //! | `names` | what robot and joints are called |
+//! | [`shape`] | how many joints there are |
+//! | `text` | the text of a file, or the built-in one |
 //! | `task` | the motion |
 //! | [`demand`] | what the motion asks of the joints, and whether they have it |
 //! | `acceleration` | how fast the joints can change their velocities |
@@ -23,6 +26,7 @@
 //! | [`control`] | period, estimator, and the controllers' weights |
 
 mod acceleration;
+pub mod arm;
 mod bus;
 pub mod control;
 pub mod demand;
@@ -40,54 +44,55 @@ pub mod profile;
 mod protocol;
 mod reading;
 mod readings;
+pub mod shape;
 mod supervision;
 mod task;
+mod text;
 
 use std::path::Path;
+use std::sync::Arc;
 
-use dem_model::{PlanarSpaceManipulator, ThreeLinkDem};
-use hinf_control::{AdaptationGuard, AnyController, BuildContext, BuildError, FuzzySets, Law, QuinticReference};
+use hinf_control::{AdaptationGuard, BuildError, Controller, ControllerSettings, FuzzySets, Law, QuinticReference};
 use uarm_io::time::Duration;
 use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
-use uarm_log::description::{JointDescription, RobotDescription};
+use uarm_log::description::{JointDescription, LinkDescription, RobotDescription};
 use uarm_loop::period::Period;
 
-use crate::dimensions::{JOINTS, LoopRobot};
-use crate::text_file;
+use crate::dimensions::LoopRobot;
+use arm::{Arm, LawChoice};
 use error::{Checker, RobotError};
 use file::RobotFile;
-use model::CheckedModel;
+use model::{CheckedModel, Mechanics};
 use overrides::Overrides;
 use profile::UsedProfile;
 use reading::read;
+pub use text::{BUILT_IN, BUILT_IN_NAME, RobotText};
 
 /// What there is to say of a robot whose file leaves the supervision out.
 pub const UNSUPERVISED: &str =
     "supervision is OFF: no encoder that stands still, no torque of the wrong sign is noticed but by the limits";
 
-/// The name under which the built-in robot file appears in messages.
-pub const BUILT_IN_NAME: &str = "robots/uarm.toml (built in)";
-/// The paper's robot, built in.
-pub const BUILT_IN: &str = include_str!("../../robots/uarm.toml");
 /// The version of the format that this program reads.
 const SCHEMA: u32 = 1;
 
-/// A robot, checked.
+/// A robot of `J` joints with drives, `N` of them active, checked. The default is the paper's.
 #[derive(Clone, Debug)]
-pub struct Robot {
+pub struct Robot<const J: usize = 3, const N: usize = 2> {
     /// The text that it was read from.
     pub source: String,
     /// The file as written, with what the command line changed.
-    pub file: RobotFile,
+    pub file: RobotFile<N>,
     /// The drive profiles that completed the file.
     pub profiles: Vec<UsedProfile>,
     /// What the loop must know of it.
-    pub description: LoopRobot,
+    pub description: LoopRobot<J, N>,
     /// The model that the controllers work with.
-    pub model: ThreeLinkDem<f64>,
-    /// The space manipulator that it stands for, if the file has it.
-    pub space_manipulator: Option<PlanarSpaceManipulator<f64, 2>>,
+    pub arm: Arc<dyn Arm<J, N>>,
+    /// What plants are made of.
+    pub mechanics: Mechanics<N>,
+    /// The settings of every law.
+    pub controllers: ControllerSettings<N>,
     /// Trained premise sets of the fuzzy laws; without them they run with the untrained grid.
     pub fuzzy_sets: Option<FuzzySets<f64>>,
     /// What is not ideal in the simulated robot.
@@ -95,7 +100,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// The paper's robot, or the one in `file`.
+    /// The paper's robot, or the one in `file`, which has as many joints.
     ///
     /// # Errors
     /// [`RobotError`] names file, field, value and expectation.
@@ -103,21 +108,13 @@ impl Robot {
         Self::load_with(file, &Overrides::default())
     }
 
-    /// The paper's robot, or the one in `file`, with what the command line changes.
+    /// The same, with what the command line changes.
     ///
     /// # Errors
     /// As [`Robot::load`].
     pub fn load_with(file: Option<&Path>, overrides: &Overrides) -> Result<Self, RobotError> {
-        let Some(path) = file else { return Self::parse(Path::new(BUILT_IN_NAME), BUILT_IN, overrides) };
-        let text = text_file::read(path).map_err(|source| RobotError::Read { file: path.to_owned(), source })?;
-        Self::parse(path, &text, overrides)
-    }
-
-    /// Is it the paper's UARM with the paper's task? What the paper measured says something of this robot alone.
-    pub fn is_the_papers(&self) -> bool {
-        let is_model = read::<RobotFile>(Path::new(BUILT_IN_NAME), BUILT_IN)
-            .is_ok_and(|(paper, _)| paper.model == self.file.model);
-        is_model && self.description.task.reference == QuinticReference::paper()
+        let RobotText { name, text } = RobotText::read(file)?;
+        Self::parse(&name, &text, overrides)
     }
 
     /// A robot from the text of a robot file; `name` is what messages call the file.
@@ -125,22 +122,41 @@ impl Robot {
     /// # Errors
     /// As [`Robot::load`].
     pub fn parse(name: &Path, text: &str, overrides: &Overrides) -> Result<Self, RobotError> {
+        Self::of_text(name, text, overrides)
+    }
+}
+
+impl<const J: usize, const N: usize> Robot<J, N> {
+    /// Is it the paper's UARM with the paper's task? What the paper measured says something of this robot alone.
+    pub fn is_the_papers(&self) -> bool {
+        let is_model = read::<RobotFile>(Path::new(BUILT_IN_NAME), BUILT_IN)
+            .is_ok_and(|(paper, _)| paper.model == self.file.model);
+        let task = arm::same::<_, QuinticReference<f64, 2>>(self.description.task.reference);
+        is_model && task == Some(QuinticReference::paper())
+    }
+
+    /// A robot of so many joints from the text of a robot file; `name` is what messages call the file.
+    ///
+    /// # Errors
+    /// As [`Robot::load`].
+    pub fn of_text(name: &Path, text: &str, overrides: &Overrides) -> Result<Self, RobotError> {
         let check = Checker::new(name);
-        let (mut file, unknown): (RobotFile, _) = read(name, text)?;
+        let (mut file, unknown): (RobotFile<N>, _) = read(name, text)?;
         if let Some(field) = unknown.first() {
             return Err(check.refuse(with_brackets(field), "unknown field", known_fields::beside(field)));
         }
         if let Some((field, found, expected)) = misread(text, &file) {
             return Err(check.refuse(field, found, expected));
         }
-        names::check(&file, &check)?;
-        overrides.apply(&mut file, &check)?;
-        model::resolve_urdf(name, &mut file, &check)?;
-        let profiles = profile::apply(name, &mut file, &check)?;
-        let checked = Self::check(name, text, file).map_err(|error| profile::told_where_written(error, &profiles))?;
+        names::check(&file.name, &file.joints, &check)?;
+        overrides.apply(&mut file.control, &mut file.task, &check)?;
+        model::resolve_urdf::<J, N>(name, &mut file, &check)?;
+        let profiles = profile::apply(name, &mut file.joints, &check)?;
+        let checked = Self::check_with(name, text, file, overrides);
+        let checked = checked.map_err(|error| profile::told_where_written(error, &profiles))?;
         let robot = Self { profiles, ..checked };
         let task = &robot.description.task.reference;
-        demand::check(&robot.description, &robot.model, task, demand::TASK, &check)?;
+        demand::check(&robot.description, robot.arm.as_ref(), task, demand::TASK, &check)?;
         Ok(robot)
     }
 
@@ -157,7 +173,12 @@ impl Robot {
     ///
     /// # Errors
     /// As [`Robot::load`].
-    pub fn check(name: &Path, text: &str, file: RobotFile) -> Result<Self, RobotError> {
+    pub fn check(name: &Path, text: &str, file: RobotFile<N>) -> Result<Self, RobotError> {
+        Self::check_with(name, text, file, &Overrides::default())
+    }
+
+    /// The same, with what a command line changes of the laws.
+    fn check_with(name: &Path, text: &str, mut file: RobotFile<N>, overrides: &Overrides) -> Result<Self, RobotError> {
         let check = Checker::new(name);
         if file.schema != SCHEMA {
             return Err(check.refuse("schema", file.schema, format!("{SCHEMA}")));
@@ -166,19 +187,29 @@ impl Robot {
             let expected = format!("{} to {}", Period::SHORTEST.as_micros(), Period::LONGEST.as_micros());
             check.refuse("control.period_us", file.control.period_us, expected)
         })?;
-        let joints = joint::check(&file, &check)?;
-        let CheckedModel { model, space_manipulator } = model::check(&file, &check)?;
-        control::check(&file, model, &check)?;
-        let bus = bus::check(&file.bus, &joints, protocol::check(&file, &check)?, period, &check)?;
-        let supervision = supervision::check(&file.supervision, model, &joints, period, &check)?;
-        let acceleration_bounds = acceleration::bounds(&model, &joints);
+        let joints = joint::check::<J, N>(&file, &check)?;
+        let CheckedModel { arm, mechanics } = model::check::<J, N>(&file, &check)?;
+        let task = task::check(&file.task, &check)?;
+        let mut controllers = match file.controllers {
+            Some(controllers) => controllers,
+            None => arm.derived_settings(task.reference.start()).map_err(|error| {
+                check.refuse("controllers", "no such table", format!("weights of its own, since {error}"))
+            })?,
+        };
+        overrides.apply_to_laws(&mut controllers)?;
+        file.controllers = Some(controllers);
+        control::check(&controllers, arm.as_ref(), &check)?;
+        let protocol = protocol::check(&file.bus, &file.joints, &check)?;
+        let bus = bus::check(&file.bus, &joints, protocol, period, &check)?;
+        let supervision = supervision::check::<J, N>(&file.supervision, arm.momentum_model(), &joints, period, &check)?;
+        let acceleration_bounds = arm.acceleration_bounds(&joints.each_ref().map(|joint| joint.torque_limit));
         Ok(Self {
             source: text.to_owned(),
             profiles: Vec::new(),
             description: LoopRobot {
                 name: file.name.clone(),
                 joints,
-                task: task::check(&file.task, &check)?,
+                task,
                 acceleration_bounds,
                 period,
                 feedback_timeout: control::feedback_timeout(&file.control, &bus, period, &check)?,
@@ -192,10 +223,18 @@ impl Robot {
                 stop_ramp: control::stop_ramp(&file.control, &check)?,
                 bus,
             },
-            model,
-            space_manipulator,
+            arm,
+            controllers,
             fuzzy_sets: None,
-            plant: file.plant.as_ref().map_or(Ok(UarmPlantParameters::ideal()), |written| plant(written, &check))?,
+            plant: match (&file.plant, &mechanics) {
+                (None, _) => UarmPlantParameters::ideal(),
+                (Some(written), Mechanics::ThreeLinks { .. }) => plant(written, &check)?,
+                (Some(_), _) => {
+                    let expected = "none: imperfections are simulated of the paper's arm, of two active joints behind a base with an encoder";
+                    return Err(check.refuse("plant", "a table", expected));
+                }
+            },
+            mechanics,
             file,
         })
     }
@@ -224,12 +263,14 @@ impl Robot {
     }
 
     /// The joints as a log shows them, the passive base first.
-    pub fn joint_descriptions(&self) -> [JointDescription; JOINTS] {
-        let [second, third] = self.model.links();
-        let lengths = [self.model.base().length, second.length, third.length];
-        std::array::from_fn(|index| {
-            let joint = &self.description.joints[index];
-            JointDescription { name: joint.name.clone(), node: joint.node.raw(), link_length: lengths[index] }
+    pub fn joint_descriptions(&self) -> [JointDescription; J] {
+        let links = self.mechanics.links();
+        let skipped = links.len().saturating_sub(J);
+        let mut links = links.into_iter().skip(skipped);
+        self.description.joints.each_ref().map(|joint| JointDescription {
+            name: joint.name.clone(),
+            node: joint.node.raw(),
+            link: links.next().unwrap_or(LinkDescription::along_x(0.0, 0.0)),
         })
     }
 
@@ -237,19 +278,15 @@ impl Robot {
     ///
     /// # Errors
     /// If they allow no design; a checked robot file has only such that do.
-    pub fn controller(&self, law: Law, guard: AdaptationGuard) -> Result<AnyController<f64>, BuildError> {
-        let context = BuildContext {
-            fuzzy_sets: self.fuzzy_sets.unwrap_or_else(FuzzySets::untrained),
-            adaptation_guard: guard,
-            ..BuildContext::new(self.model)
-        };
-        self.file.controllers.build(law, &context)
+    pub fn controller(&self, law: Law, guard: AdaptationGuard) -> Result<Box<dyn Controller<f64, N>>, BuildError> {
+        let fuzzy_sets = self.fuzzy_sets.unwrap_or_else(FuzzySets::untrained);
+        self.arm.controller(&self.controllers, &LawChoice { law, guard, fuzzy_sets })
     }
 }
 
 /// The first value in `text` that was not taken as it is written, since `serde` takes the first values of a longer list, and a list for a
 /// table: its field, what was found, and what was expected.
-fn misread(text: &str, file: &RobotFile) -> Option<(String, String, String)> {
+fn misread<const N: usize>(text: &str, file: &RobotFile<N>) -> Option<(String, String, String)> {
     let (written, taken) = (text.parse::<toml::Table>().ok()?, toml::Table::try_from(file).ok()?);
     misread_in("", &toml::Value::Table(written), &toml::Value::Table(taken))
 }

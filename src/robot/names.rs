@@ -1,7 +1,7 @@
 //! What robot and joints are called: in messages, reports and logs.
 
 use super::error::{Checker, RobotError};
-use super::file::RobotFile;
+use super::file::Joint;
 
 /// The most characters of a name: it stands in lines of a report.
 const MOST_CHARACTERS: usize = 100;
@@ -10,11 +10,11 @@ const MOST_CHARACTERS: usize = 100;
 ///
 /// # Errors
 /// [`RobotError::Field`] for the first name that is not.
-pub fn check(file: &RobotFile, check: &Checker<'_>) -> Result<(), RobotError> {
-    readable("name".to_owned(), &file.name, check)?;
-    for (index, joint) in file.joints.iter().enumerate() {
+pub fn check(robot: &str, joints: &[Joint], check: &Checker<'_>) -> Result<(), RobotError> {
+    readable("name".to_owned(), robot, check)?;
+    for (index, joint) in joints.iter().enumerate() {
         let field = format!("joints[{index}].name");
-        if file.joints.iter().take(index).any(|earlier| earlier.name == joint.name) {
+        if joints.iter().take(index).any(|earlier| earlier.name == joint.name) {
             return Err(check.refuse(field, format!("{:?}", joint.name), "a name that no other joint has"));
         }
         readable(field, &joint.name, check)?;

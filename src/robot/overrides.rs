@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use hinf_control::{BaseAcceleration, Law};
+use hinf_control::{BaseAcceleration, ControllerSettings, Law};
 
 use super::error::{Checker, RobotError};
-use super::file::RobotFile;
+use super::file::{Control, Task};
 use crate::usage::UsageError;
 
 /// Changes to a robot file.
@@ -20,16 +20,23 @@ pub struct Overrides {
 }
 
 impl Overrides {
-    pub(super) fn apply(&self, file: &mut RobotFile, check: &Checker<'_>) -> Result<(), RobotError> {
+    pub(super) fn apply(&self, control: &mut Control, task: &mut Task, check: &Checker<'_>) -> Result<(), RobotError> {
         if let Some(period) = self.period {
-            file.control.period_us = whole_microseconds(period)
+            control.period_us = whole_microseconds(period)
                 .ok_or_else(|| check.refuse("--period", format!("{period:?}"), "a whole number of microseconds"))?;
         }
         if let Some(hold) = self.hold {
-            file.task.hold_s = hold.as_secs_f64();
+            task.hold_s = hold.as_secs_f64();
         }
+        Ok(())
+    }
+
+    pub(super) fn apply_to_laws<const N: usize>(
+        &self,
+        controllers: &mut ControllerSettings<N>,
+    ) -> Result<(), RobotError> {
         if let Some((law, mode)) = self.base_acceleration {
-            file.controllers.set_base_acceleration(law, mode).map_err(|error| {
+            controllers.set_base_acceleration(law, mode).map_err(|error| {
                 let (law, mode) = (law.name(), error.found.name());
                 RobotError::Override(UsageError::new(format!(
                     "--base-acceleration {mode} with --controller {law}: expected {}",

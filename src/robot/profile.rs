@@ -9,8 +9,7 @@ use uarm_io::torque::TorqueUnit;
 
 use super::error::{Checker, RobotError};
 use super::file::{
-    Drive, Encoder, Identity, Joint, ObjectType, ObjectWrite, Pdo, ResolutionObject, RobotFile, TargetTorqueOf,
-    Watchdog, When,
+    Drive, Encoder, Identity, Joint, ObjectType, ObjectWrite, Pdo, ResolutionObject, TargetTorqueOf, Watchdog, When,
 };
 use super::reading::read;
 use crate::text_file;
@@ -110,9 +109,9 @@ impl std::fmt::Display for UsedProfile {
 ///
 /// # Errors
 /// [`RobotError`] if a profile does not exist or is wrong.
-pub(super) fn apply(name: &Path, file: &mut RobotFile, check: &Checker<'_>) -> Result<Vec<UsedProfile>, RobotError> {
+pub(super) fn apply(name: &Path, joints: &mut [Joint], check: &Checker<'_>) -> Result<Vec<UsedProfile>, RobotError> {
     let mut used = Vec::new();
-    for (index, joint) in file.joints.iter_mut().enumerate() {
+    for (index, joint) in joints.iter_mut().enumerate() {
         let Some(profile_name) = joint.drive.profile.clone() else { continue };
         let profile = find(&profile_name, name, |why| {
             let shipped = SHIPPED.map(|(shipped, _)| shipped).join(", ");

@@ -6,17 +6,16 @@ use uarm_io::time::Duration;
 use uarm_loop::robot::Protocol;
 
 use super::error::{Checker, RobotError};
-use super::file::{self, RobotFile};
+use super::file;
 
-pub(super) fn check(file: &RobotFile, check: &Checker<'_>) -> Result<Protocol, RobotError> {
-    let bus = &file.bus;
+pub(super) fn check(bus: &file::Bus, joints: &[file::Joint], check: &Checker<'_>) -> Result<Protocol, RobotError> {
     if bus.protocol == file::Protocol::Canopen {
         return match bus.odrive {
             None => Ok(Protocol::Canopen),
             Some(_) => Err(check.refuse("bus.odrive", "a table", "none, unless bus.protocol = \"odrive\"")),
         };
     }
-    for (index, joint) in file.joints.iter().enumerate() {
+    for (index, joint) in joints.iter().enumerate() {
         if AxisNode::new(joint.node).is_none() {
             let range = AxisNode::RANGE;
             let expected = format!("a node id of an ODrive axis, {} to {}", range.start(), range.end());

@@ -12,10 +12,10 @@ const SUPPLY_VOLTAGE: file::ReadObject =
     file::ReadObject { index: 0x6079, subindex: 0, kind: file::ObjectType::U32, unit: 1e-3 };
 
 /// What is read of the drive of joint `index`.
-pub(super) fn check(
+pub(super) fn check<const N: usize>(
     index: usize,
     drive: &file::Drive,
-    file: &RobotFile,
+    file: &RobotFile<N>,
     check: &Checker<'_>,
 ) -> Result<Readings, RobotError> {
     let mut readings = Readings::default();

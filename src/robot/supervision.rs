@@ -2,24 +2,24 @@
 
 use std::sync::Arc;
 
-use dem_model::ThreeLinkDem;
 use uarm_io::time::Duration;
+use uarm_loop::dimensions;
 use uarm_loop::period::Period;
 use uarm_loop::robot::Joint;
+use uarm_loop::supervision::model::MomentumModel;
 use uarm_loop::supervision::settings::{Bandwidth, ModelError, ResidualTime, SupervisionSettings, TorqueAllowance};
 
 use super::error::{Checker, RobotError};
 use super::file::{self, SupervisionMode};
-use crate::dimensions::JOINTS;
 
 /// What the file says, and defaults for what it does not; nothing if the supervision is off.
-pub(super) fn check(
+pub(super) fn check<const J: usize, const N: usize>(
     supervision: &file::Supervision,
-    model: ThreeLinkDem<f64>,
-    joints: &[Joint; JOINTS],
+    model: Arc<dyn MomentumModel<J>>,
+    joints: &[Joint; J],
     period: Period,
     check: &Checker<'_>,
-) -> Result<Option<SupervisionSettings<JOINTS>>, RobotError> {
+) -> Result<Option<SupervisionSettings<J>>, RobotError> {
     let bandwidth = bandwidth(supervision, period, check)?;
     let model_error = match supervision.model_error {
         None => ModelError::default(),
@@ -34,8 +34,8 @@ pub(super) fn check(
             check.refuse("supervision.residual_ms", found, expected)
         })?,
     };
-    let allowances = allowances(supervision, joints, check)?;
-    let settings = SupervisionSettings { model: Arc::new(model), bandwidth, model_error, residual_time, allowances };
+    let allowances = allowances::<J, N>(supervision, joints, check)?;
+    let settings = SupervisionSettings { model, bandwidth, model_error, residual_time, allowances };
     Ok((supervision.mode == SupervisionMode::On).then_some(settings))
 }
 
@@ -51,17 +51,21 @@ fn bandwidth(supervision: &file::Supervision, period: Period, check: &Checker<'_
     Ok(bandwidth)
 }
 
-fn allowances(
+fn allowances<const J: usize, const N: usize>(
     supervision: &file::Supervision,
-    joints: &[Joint; JOINTS],
+    joints: &[Joint; J],
     check: &Checker<'_>,
-) -> Result<[Option<TorqueAllowance>; JOINTS], RobotError> {
-    let Some(torques) = supervision.unmodelled_torque_nm else {
+) -> Result<[Option<TorqueAllowance>; J], RobotError> {
+    let Some(torques) = &supervision.unmodelled_torque_nm else {
         return Ok(joints.each_ref().map(|joint| TorqueAllowance::of_limit(joint.torque_limit)));
     };
-    let mut allowances = [None; JOINTS];
-    let driven = allowances.iter_mut().zip(joints).skip(1);
-    for (((allowance, joint), found), index) in driven.zip(torques).zip(0..) {
+    if torques.len() != N {
+        let expected = format!("{N}, one for each active joint");
+        return Err(check.refuse("supervision.unmodelled_torque_nm", format!("{} values", torques.len()), expected));
+    }
+    let mut allowances = [None; J];
+    let driven = allowances.iter_mut().zip(joints).skip(dimensions::passive::<J, N>());
+    for (((allowance, joint), found), index) in driven.zip(torques.iter().copied()).zip(0..) {
         let refuse =
             |expected: String| Err(check.refuse(format!("supervision.unmodelled_torque_nm[{index}]"), found, expected));
         let Some(torque) = TorqueAllowance::new(found) else { return refuse("above zero".to_owned()) };

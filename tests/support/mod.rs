@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use uarm::dimensions::JOINTS;
+use uarm::dimensions::{ACTIVE, JOINTS};
 use uarm::robot::Robot;
 use uarm_io::time::Instant;
 use uarm_log::description::{LogHeader, MachineDescription, RunDescription};
@@ -46,7 +46,7 @@ pub fn running_supervisor() -> Supervisor<()> {
 }
 
 /// The log of a run of the built-in robot in virtual time, begun.
-pub fn log_writer<W: Write>(output: W, settings: &Settings, preamble: &[String]) -> LogWriter<W, JOINTS> {
+pub fn log_writer<W: Write>(output: W, settings: &Settings, preamble: &[String]) -> LogWriter<W, JOINTS, ACTIVE> {
     let robot = Robot::load(None).unwrap();
     let period = robot.description.period;
     let run = RunDescription::new(settings, "here", TimeAxis::simulated(), period, robot.for_log().unwrap());

@@ -67,7 +67,7 @@
 //! |---|---|
 //! | [`plant`] | [`Plant`]; [`DemPlant`] (ideal), [`UarmPlant`] (imperfect), [`FreeFloatingPlant`] (space manipulator, without the DEM); [`SerialPlant`] (N joints, in space and in the plane); integrator, disturbance, brakes |
 //! | [`drive`] | the CiA 402 drive: object dictionary, SDO rules, NMT, heartbeats, power state machine, encoder, faults |
-//! | [`EmulatedRobot`] | three drives on a plant, sans-I/O: frames and instants in, frames out |
+//! | [`EmulatedRobot`] | drives on the joints of a plant, sans-I/O: frames and instants in, frames out |
 //! | [`odrive`] | the same with ODrive axes instead of CiA 402 drives |
 //! | [`link`] | [`InProcessLink`] to a [`RobotOnBus`]; [`FaultyLink`] around any link |
 //! | [`VirtualClock`] | time that jumps |
@@ -97,6 +97,7 @@ pub mod link {
     pub use faulty::{FaultCounts, FaultRateError, FaultRates, FaultyLink};
     pub use in_process::{InProcessError, InProcessLink};
 }
+mod joint;
 mod motors;
 pub mod odrive;
 mod outbox;
@@ -109,6 +110,7 @@ pub use drive::{
     DriveDescription, DriveDictionary, DriveFault, DriveObject, DriveParameters, EmulatedDrive, EncoderDescription,
     PowerUp,
 };
+pub use joint::Joint;
 pub use link::{FaultRates, FaultyLink, InProcessError, InProcessLink};
 pub use outbox::{OUTBOX_CAPACITY, Outbox};
 pub use plant::{
@@ -116,7 +118,7 @@ pub use plant::{
     ParameterScale, PlanarBasePlant, Plant, SerialBrakes, SerialImperfections, SerialMotion, SerialPlant,
     SerialSpacePlant, SphericalBasePlant, UarmImperfections, UarmParameterError, UarmPlant, UarmPlantParameters,
 };
-pub use robot::{EmulatedRobot, Joint, Pacing, RobotError};
+pub use robot::{EmulatedRobot, Pacing, RobotError};
 pub use robot_on_bus::RobotOnBus;
 
 pub use dem_model;

@@ -1,7 +1,7 @@
 //! From what the drives command to what their motors do: the same, some time later.
 
 use core::time::Duration;
-use nalgebra::Vector3;
+use nalgebra::SVector;
 use uarm_io::time::Instant;
 
 /// What a drive wants of its motor.
@@ -56,13 +56,13 @@ impl Motor {
     }
 }
 
-/// The motors of the three joints.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Motors([Motor; 3]);
+/// The motors of the joints.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Motors<const J: usize>([Motor; J]);
 
-impl Motors {
+impl<const J: usize> Motors<J> {
     /// Motors at rest that follow after `delays`.
-    pub(crate) fn new(delays: [Duration; 3]) -> Self {
+    pub(crate) fn new(delays: [Duration; J]) -> Self {
         Self(delays.map(|delay| Motor { delay, ..Motor::default() }))
     }
 
@@ -72,12 +72,12 @@ impl Motors {
     }
 
     /// The torques that act, N·m.
-    pub(crate) fn torque(&self, commanded: &[Commanded; 3]) -> Vector3<f64> {
-        Vector3::from_iterator(self.0.iter().zip(commanded).map(|(motor, commanded)| motor.torque(commanded)))
+    pub(crate) fn torque(&self, commanded: &[Commanded; J]) -> SVector<f64, J> {
+        SVector::from_iterator(self.0.iter().zip(commanded).map(|(motor, commanded)| motor.torque(commanded)))
     }
 
     /// On a clock: lets what is due by `now` act, and takes the commands of that instant.
-    pub(crate) fn command(&mut self, commanded: &[Commanded; 3], now: Instant) {
+    pub(crate) fn command(&mut self, commanded: &[Commanded; J], now: Instant) {
         for (motor, commanded) in self.0.iter_mut().zip(commanded) {
             motor.elapse(now);
             motor.command(commanded, now);
@@ -95,7 +95,7 @@ impl Motors {
     }
 
     /// In lockstep: lets the motors with this delay follow the commands.
-    pub(crate) fn follow(&mut self, delay: Duration, commanded: &[Commanded; 3]) {
+    pub(crate) fn follow(&mut self, delay: Duration, commanded: &[Commanded; J]) {
         for (motor, commanded) in self.0.iter_mut().zip(commanded).filter(|(motor, _)| motor.delay == delay) {
             motor.follow(commanded.torque);
         }

@@ -1,32 +1,17 @@
-//! The emulated robot: a plant, three drives on it, and the rule by which plant time passes.
+//! The emulated robot: a plant, a drive on each joint, and the rule by which plant time passes.
 
-use crate::drive::{CAPACITY, DriveFault, DriveParameters, EmulatedDrive, Reaction};
+use crate::drive::{CAPACITY as OWN_OBJECTS, DriveFault, DriveParameters, EmulatedDrive, Reaction};
+use crate::joint::Joint;
 use crate::motors::{Commanded, Motors};
 use crate::outbox::Outbox;
 use crate::plant::{Brake, Plant};
 use crate::robot_on_bus::RobotOnBus;
 use core::time::Duration;
-use nalgebra::Vector3;
+use nalgebra::SVector;
 use uarm_io::drive::cia402::PowerState;
 use uarm_io::drive::wire::Channel;
 use uarm_io::frame::Frame;
 use uarm_io::time::Instant;
-
-/// A joint of the robot and the drive on it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Joint {
-    /// The base, passive.
-    One,
-    /// The first driven joint.
-    Two,
-    /// The second driven joint.
-    Three,
-}
-
-impl Joint {
-    /// All joints, from the base outwards.
-    pub const ALL: [Self; 3] = [Self::One, Self::Two, Self::Three];
-}
 
 /// How plant time passes.
 ///
@@ -80,47 +65,44 @@ enum Run {
     Since(Instant),
 }
 
-/// Three emulated drives on a plant, without I/O: frames and instants in, frames out.
+/// Emulated drives on the `J` joints of a plant, without I/O: frames and instants in, frames out.
 ///
-/// Once NMT has reset all three drives, the plant is back in its initial state: someone has carried the robot to where the
+/// Once NMT has reset all drives, the plant is back in its initial state: someone has carried the robot to where the
 /// next experiment starts.
 ///
-/// `N` is how many objects each drive can hold; the default is for drives with the emulation's own dictionary.
+/// `CAPACITY` is how many objects each drive can hold; the default is for drives with the emulation's own dictionary.
 #[derive(Debug)]
-pub struct EmulatedRobot<P, const N: usize = CAPACITY> {
+pub struct EmulatedRobot<P, const J: usize = 3, const CAPACITY: usize = OWN_OBJECTS> {
     plant: P,
     initial: P,
-    drives: [EmulatedDrive<N>; 3],
-    motors: Motors,
+    drives: [EmulatedDrive<CAPACITY>; J],
+    motors: Motors<J>,
     pacing: Pacing,
     run: Run,
     /// Which drives were reset since plant time began.
-    reset: [bool; 3],
+    reset: [bool; J],
     /// The latest instant seen: an injected fault has none of its own.
     now: Instant,
 }
 
-impl<P: Plant + Clone> EmulatedRobot<P> {
+impl<P: Plant<J> + Clone, const J: usize> EmulatedRobot<P, J> {
     /// Drives without supply on a plant; [`power_on`](Self::power_on) starts them.
     ///
     /// # Errors
     /// [`RobotError`] if two drives share a node, or the lockstep's period is out of range.
-    pub fn new(plant: P, drives: [DriveParameters; 3], pacing: Pacing) -> Result<Self, RobotError> {
+    pub fn new(plant: P, drives: [DriveParameters; J], pacing: Pacing) -> Result<Self, RobotError> {
         Self::with_drives(plant, drives.map(EmulatedDrive::new), pacing)
     }
 }
 
-impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
+impl<P: Plant<J> + Clone, const J: usize, const CAPACITY: usize> EmulatedRobot<P, J, CAPACITY> {
     /// Drives without supply on a plant, each with the dictionary that it was made with.
     ///
     /// # Errors
     /// [`RobotError`] if two drives share a node, or the lockstep's period is out of range.
-    pub fn with_drives(plant: P, drives: [EmulatedDrive<N>; 3], pacing: Pacing) -> Result<Self, RobotError> {
-        let [first, second, third] = drives.each_ref().map(|drive| drive.parameters().node());
-        for (one, other) in [(first, second), (first, third), (second, third)] {
-            if one == other {
-                return Err(RobotError::NodeTwice { node: one.raw() });
-            }
+    pub fn with_drives(plant: P, drives: [EmulatedDrive<CAPACITY>; J], pacing: Pacing) -> Result<Self, RobotError> {
+        if let Some(node) = twice(&drives.each_ref().map(|drive| drive.parameters().node())) {
+            return Err(RobotError::NodeTwice { node: node.raw() });
         }
         if let Pacing::Lockstep { period } = pacing
             && !PERIODS.contains(&period)
@@ -128,7 +110,7 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
             return Err(RobotError::Period { found: period });
         }
         let initial = plant.clone();
-        let motors = Motors::default();
+        let motors = Motors::new([Duration::ZERO; J]);
         Ok(Self {
             plant,
             initial,
@@ -136,7 +118,7 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
             motors,
             pacing,
             run: Run::Waiting,
-            reset: [false; 3],
+            reset: [false; J],
             now: Instant::default(),
         })
     }
@@ -150,7 +132,7 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
     ///
     /// # Errors
     /// [`RobotError::TorqueDelay`].
-    pub fn with_torque_delays(self, delays: [Duration; 3]) -> Result<Self, RobotError> {
+    pub fn with_torque_delays(self, delays: [Duration; J]) -> Result<Self, RobotError> {
         let limit = match self.pacing {
             Pacing::Lockstep { period } => period,
             Pacing::WallClock => *PERIODS.end(),
@@ -163,7 +145,7 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
         Ok(Self { motors: Motors::new(delays), ..self })
     }
 
-    /// Switches the supply on: three boot-up messages.
+    /// Switches the supply on: each drive sends its boot-up message.
     pub fn power_on(&mut self, now: Instant, outbox: &mut Outbox) {
         self.now = self.now.max(now);
         self.latch_positions();
@@ -183,31 +165,17 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
     }
 
     /// The drive of a joint.
-    pub const fn drive(&self, joint: Joint) -> &EmulatedDrive<N> {
-        let [one, two, three] = &self.drives;
-        match joint {
-            Joint::One => one,
-            Joint::Two => two,
-            Joint::Three => three,
-        }
-    }
-
-    const fn drive_mut(&mut self, joint: Joint) -> &mut EmulatedDrive<N> {
-        let [one, two, three] = &mut self.drives;
-        match joint {
-            Joint::One => one,
-            Joint::Two => two,
-            Joint::Three => three,
-        }
+    pub const fn drive(&self, joint: Joint<J>) -> &EmulatedDrive<CAPACITY> {
+        joint.of(&self.drives)
     }
 
     /// Torques at the motors, N·m.
-    pub fn torque(&self) -> Vector3<f64> {
+    pub fn torque(&self) -> SVector<f64, J> {
         self.motors.torque(&self.commanded())
     }
 
     /// What the drives want of the motors, N·m; nothing from a drive whose power stage is off.
-    fn commanded(&self) -> [Commanded; 3] {
+    fn commanded(&self) -> [Commanded; J] {
         self.drives.each_ref().map(|drive| Commanded {
             torque: drive.torque(),
             power: drive.power_state() == PowerState::OperationEnabled,
@@ -215,21 +183,21 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
     }
 
     /// What the brakes do.
-    pub fn brakes(&self) -> [Brake; 3] {
+    pub fn brakes(&self) -> [Brake; J] {
         self.drives.each_ref().map(EmulatedDrive::brake)
     }
 
     /// Brings a fault of a joint's drive about.
-    pub fn inject(&mut self, joint: Joint, fault: DriveFault) {
+    pub fn inject(&mut self, joint: Joint<J>, fault: DriveFault) {
         self.catch_up(self.now);
-        self.drive_mut(joint).inject(fault);
+        joint.of_mut(&mut self.drives).inject(fault);
         self.command_motors(self.now);
     }
 
     /// Takes the injected faults of a joint's drive away.
-    pub fn repair(&mut self, joint: Joint, now: Instant, outbox: &mut Outbox) {
+    pub fn repair(&mut self, joint: Joint<J>, now: Instant, outbox: &mut Outbox) {
         self.catch_up(now);
-        self.drive_mut(joint).repair(now, outbox);
+        joint.of_mut(&mut self.drives).repair(now, outbox);
         self.command_motors(now);
     }
 
@@ -281,7 +249,7 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
     ///
     /// What changes nothing, such as a heartbeat, does not touch the plant: an integrator's step that ends off its grid would
     /// show in the bits.
-    fn act(&mut self, at: Instant, act: impl FnOnce(&mut [EmulatedDrive<N>; 3])) {
+    fn act(&mut self, at: Instant, act: impl FnOnce(&mut [EmulatedDrive<CAPACITY>; J])) {
         let (torque, brakes) = (self.torque(), self.brakes());
         act(&mut self.drives);
         self.command_motors(at);
@@ -322,7 +290,7 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
         self.catch_up_with(now, &torque, brakes);
     }
 
-    fn catch_up_with(&mut self, now: Instant, torque: &Vector3<f64>, brakes: [Brake; 3]) {
+    fn catch_up_with(&mut self, now: Instant, torque: &SVector<f64, J>, brakes: [Brake; J]) {
         if let (Run::Since(start), Pacing::WallClock) = (self.run, self.pacing) {
             self.plant.advance(now.since(start), torque, brakes);
         }
@@ -349,7 +317,7 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
 
     fn rewind_after_reset(&mut self) {
         if self.reset.iter().all(|reset| *reset) {
-            self.reset = [false; 3];
+            self.reset = [false; J];
             self.run = Run::Waiting;
             self.motors = self.motors.at_rest();
             self.plant = self.initial.clone();
@@ -358,7 +326,16 @@ impl<P: Plant + Clone, const N: usize> EmulatedRobot<P, N> {
     }
 }
 
-impl<P: Plant + Clone, const N: usize> RobotOnBus for EmulatedRobot<P, N> {
+/// The first value that comes a second time.
+pub(crate) fn twice<T: Copy + PartialEq>(values: &[T]) -> Option<T> {
+    values
+        .iter()
+        .enumerate()
+        .find(|(index, value)| values.iter().take(*index).any(|other| other == *value))
+        .map(|(_, value)| *value)
+}
+
+impl<P: Plant<J> + Clone, const J: usize, const CAPACITY: usize> RobotOnBus for EmulatedRobot<P, J, CAPACITY> {
     fn power_on(&mut self, now: Instant, outbox: &mut Outbox) {
         Self::power_on(self, now, outbox);
     }

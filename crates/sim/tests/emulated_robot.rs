@@ -34,7 +34,7 @@ fn the_drives_boot_when_they_are_switched_on() {
     let mut master = Master::on(InProcessLink::new(robot(lockstep()), clock.clone()), clock);
     let boot_ups = [1, 2, 3].map(|id| wire::heartbeat_frame(node(id), NmtState::Initialising));
     assert_eq!(master.received(), boot_ups);
-    assert_eq!(master.link.robot().drive(Joint::One).nmt_state(), NmtState::PreOperational);
+    assert_eq!(master.link.robot().drive(Joint::ONE).nmt_state(), NmtState::PreOperational);
     assert_eq!(states(&master), [PowerState::SwitchOnDisabled; 3]);
 }
 
@@ -217,7 +217,7 @@ fn a_silent_master_means_brakes_within_the_heartbeat_time() {
     assert_eq!(master.link.robot().brakes(), [Brake::Engaged; 3]);
     assert_eq!(master.link.robot().torque(), Vector3::zeros());
     assert_eq!(states(&master), [PowerState::Fault; 3]);
-    assert_eq!(master.link.robot().drive(Joint::Two).nmt_state(), NmtState::PreOperational);
+    assert_eq!(master.link.robot().drive(Joint::TWO).nmt_state(), NmtState::PreOperational);
 
     // It recovers only when told to.
     master.heartbeat();
@@ -351,7 +351,7 @@ fn a_short_rpdo_is_reported_and_does_nothing() {
 fn faults_of_the_power_stage() {
     let mut master = Master::with_robot(lockstep());
     master.enable();
-    master.link.inject(Joint::Two, DriveFault::OverTemperature);
+    master.link.inject(Joint::TWO, DriveFault::OverTemperature);
     let seen = master.listen(Duration::from_millis(1));
     assert_eq!(emergencies(&seen), [(2, 0x4210)]);
     assert_eq!(states(&master)[1], PowerState::Fault);
@@ -359,7 +359,7 @@ fn faults_of_the_power_stage() {
     assert_eq!(master.read(2, 0x1001, 0, DataType::Unsigned8), Ok(Value::Unsigned8(0b1001)));
     master.command(2, Command::FaultReset, 0);
     assert_eq!(states(&master)[1], PowerState::Fault, "still hot");
-    master.link.repair(Joint::Two);
+    master.link.repair(Joint::TWO);
     master.command(2, Command::DisableVoltage, 0);
     master.command(2, Command::FaultReset, 0);
     assert_eq!(states(&master)[1], PowerState::SwitchOnDisabled);
@@ -371,12 +371,12 @@ fn a_drive_without_supply_is_silent_and_braked() {
     master.write(2, 0x1017, 0, Value::Unsigned16(10)).unwrap();
     master.enable();
     master.cycle([0, 0]);
-    master.link.inject(Joint::Two, DriveFault::PowerLost);
+    master.link.inject(Joint::TWO, DriveFault::PowerLost);
     let answering: Vec<_> = master.sync().into_iter().map(|(id, ..)| id).collect();
     assert_eq!(answering, [1, 3]);
     assert_eq!(master.link.robot().brakes()[1], Brake::Engaged);
     assert_eq!(master.listen(Duration::from_millis(30)), []);
-    master.link.repair(Joint::Two);
+    master.link.repair(Joint::TWO);
     assert_eq!(master.received(), [wire::heartbeat_frame(node(2), NmtState::Initialising)]);
 }
 
@@ -385,7 +385,7 @@ fn a_drive_off_the_bus_brakes_by_itself() {
     let mut master = Master::with_robot(lockstep());
     master.enable();
     master.cycle([0, 0]);
-    master.link.inject(Joint::Three, DriveFault::BusDisconnected);
+    master.link.inject(Joint::THREE, DriveFault::BusDisconnected);
     for _ in 0..(u32::from(PATIENCE) / 3 + 1) {
         master.cycle([10, 10]);
     }
@@ -397,11 +397,11 @@ fn faults_of_encoder_brake_and_motor() {
     let mut master = Master::with_robot(lockstep());
     master.enable();
     let before = master.cycle([0, 0])[1].2;
-    master.link.inject(Joint::Two, DriveFault::EncoderJump { counts: -5_000 });
+    master.link.inject(Joint::TWO, DriveFault::EncoderJump { counts: -5_000 });
     assert_eq!(master.cycle([0, 0])[1].2, before - 5_000);
 
-    master.link.inject(Joint::Three, DriveFault::EncoderStuck);
-    master.link.inject(Joint::Two, DriveFault::MotorDisconnected);
+    master.link.inject(Joint::THREE, DriveFault::EncoderStuck);
+    master.link.inject(Joint::TWO, DriveFault::MotorDisconnected);
     assert_eq!(master.link.robot().torque().y, 0.0);
     let stuck = master.cycle([300, 300])[2].2;
     for _ in 0..50 {
@@ -409,9 +409,9 @@ fn faults_of_encoder_brake_and_motor() {
     }
     assert_ne!(master.position().z, 20.0_f64.to_radians());
 
-    master.link.inject(Joint::One, DriveFault::BrakeStuckEngaged);
+    master.link.inject(Joint::ONE, DriveFault::BrakeStuckEngaged);
     assert_eq!(master.link.robot().brakes()[0], Brake::Engaged);
-    master.link.inject(Joint::Two, DriveFault::BrakeStuckReleased);
+    master.link.inject(Joint::TWO, DriveFault::BrakeStuckReleased);
     master.nmt(NmtCommand::StopRemoteNode);
     assert_eq!(master.link.robot().brakes(), [Brake::Engaged, Brake::Released, Brake::Engaged]);
 }

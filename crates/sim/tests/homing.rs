@@ -156,7 +156,7 @@ fn the_edge_of_a_limit_switch_is_found_on_either_side() {
 #[test]
 fn a_joint_that_cannot_move_is_a_homing_error() {
     let mut master = enabled(33, Direction::Positive);
-    master.link.inject(Joint::Two, DriveFault::BrakeStuckEngaged);
+    master.link.inject(Joint::TWO, DriveFault::BrakeStuckEngaged);
     let (state, _) = run(&mut master, Duration::from_secs(2));
     assert_eq!(state, HomingState::Failed);
 }
@@ -169,7 +169,7 @@ fn a_drive_that_was_homed_says_so_until_it_homes_again_or_boots_anew() {
     cycle(&mut master, started());
     assert_eq!(cycle(&mut master, started()).0, HomingState::Running);
     master.send(wire::nmt_frame(NmtCommand::ResetNode, node(2)));
-    assert_eq!(master.link.robot().drive(Joint::Two).power_state(), PowerState::SwitchOnDisabled);
+    assert_eq!(master.link.robot().drive(Joint::TWO).power_state(), PowerState::SwitchOnDisabled);
 }
 
 #[test]

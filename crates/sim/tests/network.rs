@@ -66,7 +66,7 @@ fn boot_configure_enable_cycle_stop() {
     assert_eq!(identities.map(|drive| drive.serial), [Some(1), Some(2), Some(3)]);
     let robot = network.link().robot();
     assert_eq!(robot.brakes(), [Brake::Released; 3]);
-    assert_eq!(robot.drive(Joint::Two).object(Address::new(0x6072, 0)), Some(Value::Unsigned16(900)));
+    assert_eq!(robot.drive(Joint::TWO).object(Address::new(0x6072, 0)), Some(Value::Unsigned16(900)));
     assert_eq!(robot.plant().time(), Duration::ZERO, "no SYNC, no motion");
 
     let positions = run(&mut network, &mut clock, 1_001);
@@ -77,8 +77,8 @@ fn boot_configure_enable_cycle_stop() {
     assert!(report.all_off());
     let robot = network.link().robot();
     assert_eq!(robot.brakes(), [Brake::Engaged; 3]);
-    assert_eq!(robot.drive(Joint::One).nmt_state(), NmtState::Stopped);
-    assert_eq!(robot.drive(Joint::One).power_state(), PowerState::SwitchOnDisabled);
+    assert_eq!(robot.drive(Joint::ONE).nmt_state(), NmtState::Stopped);
+    assert_eq!(robot.drive(Joint::ONE).power_state(), PowerState::SwitchOnDisabled);
 }
 
 /// The contract: a lockstep run is the same each time, and starting again carries the robot back.
@@ -133,7 +133,7 @@ fn a_silent_master_means_brakes_within_the_heartbeat_time() {
 fn the_position_of_a_drive_that_falls_silent_is_missing() {
     let (mut network, mut clock) = started(lockstep());
     run(&mut network, &mut clock, 10);
-    network.link_mut().inject(Joint::Three, DriveFault::PowerLost);
+    network.link_mut().inject(Joint::THREE, DriveFault::PowerLost);
     let tick = clock.now() + PERIOD;
     assert_eq!(cycle(&mut network, &mut clock, tick).unwrap()[2], None);
 }
@@ -142,7 +142,7 @@ fn the_position_of_a_drive_that_falls_silent_is_missing() {
 fn an_emergency_ends_the_run() {
     let (mut network, mut clock) = started(lockstep());
     run(&mut network, &mut clock, 10);
-    network.link_mut().inject(Joint::Two, DriveFault::OverTemperature);
+    network.link_mut().inject(Joint::TWO, DriveFault::OverTemperature);
     let tick = clock.now() + PERIOD;
     let error = cycle(&mut network, &mut clock, tick).unwrap_err();
     assert!(matches!(error, CycleError::Emergency { node: 2, .. }), "{error}");
@@ -154,12 +154,12 @@ fn an_emergency_ends_the_run() {
 fn a_drive_that_was_left_in_fault_starts_again() {
     let (mut network, mut clock) = started(lockstep());
     run(&mut network, &mut clock, 10);
-    network.link_mut().inject(Joint::Two, DriveFault::OverTemperature);
+    network.link_mut().inject(Joint::TWO, DriveFault::OverTemperature);
     let tick = clock.now() + PERIOD;
     cycle(&mut network, &mut clock, tick).unwrap_err();
     let error = network.start(&clock).unwrap_err();
     assert!(matches!(error, StartError::NotReached { node: 2, .. }), "still hot: {error}");
-    network.link_mut().repair(Joint::Two);
+    network.link_mut().repair(Joint::TWO);
     network.start(&clock).unwrap();
     run(&mut network, &mut clock, 10);
 }

@@ -49,7 +49,7 @@ fn nothing_is_allocated_after_construction() {
             let deadline = clock.now() + PERIOD;
             heard += drain(&mut link, deadline);
         }
-        link.inject(Joint::One, DriveFault::OverTemperature);
+        link.inject(Joint::ONE, DriveFault::OverTemperature);
         let silence = clock.now() + Duration::from_secs(1);
         heard += drain(&mut link, silence);
         clock.sleep_until(silence);

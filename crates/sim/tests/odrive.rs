@@ -129,14 +129,14 @@ fn the_watchdogs_brake_when_nothing_is_sent_any_more() {
 fn an_axis_error_ends_the_run_and_the_next_start_clears_it() {
     let (mut network, mut clock) = started();
     cycle(&mut network, &mut clock, [0; 3]).unwrap();
-    network.link_mut().robot_mut().inject(Joint::Two, AxisFault::Error(AxisError::MOTOR_OVER_TEMP));
+    network.link_mut().robot_mut().inject(Joint::TWO, AxisFault::Error(AxisError::MOTOR_OVER_TEMP));
     let error = (0..100).find_map(|_| cycle(&mut network, &mut clock, [0; 3]).err()).expect("an error");
     assert!(matches!(error, OdriveCycleError::NotArmed { axis, .. } if axis.raw() == 2), "{error}");
     network.stop(&clock);
     let hot = network.start(&clock).unwrap_err();
     assert!(matches!(hot, OdriveStartError::NotReached { axis, .. } if axis.raw() == 2), "still hot: {hot}");
     network.stop(&clock);
-    network.link_mut().robot_mut().repair(Joint::Two);
+    network.link_mut().robot_mut().repair(Joint::TWO);
     network.start(&clock).unwrap();
 }
 
@@ -144,11 +144,11 @@ fn an_axis_error_ends_the_run_and_the_next_start_clears_it() {
 fn a_drive_off_the_bus_gives_no_position_and_disarms_itself() {
     let (mut network, mut clock) = started();
     cycle(&mut network, &mut clock, [0; 3]).unwrap();
-    network.link_mut().robot_mut().inject(Joint::Three, AxisFault::BusDisconnected);
+    network.link_mut().robot_mut().inject(Joint::THREE, AxisFault::BusDisconnected);
     assert_eq!(cycle(&mut network, &mut clock, [0; 3]).unwrap()[2], None);
     let report = network.stop(&clock);
     assert!(!report.all_off(), "nobody can confirm it");
-    assert_eq!(network.link().robot().axis(Joint::Three).brake(), Brake::Engaged, "its watchdog did it");
+    assert_eq!(network.link().robot().axis(Joint::THREE).brake(), Brake::Engaged, "its watchdog did it");
 }
 
 #[test]

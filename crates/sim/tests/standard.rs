@@ -159,7 +159,7 @@ fn without_a_mode_a_motor_goes_off_and_its_ratings_stand_while_it_is_on() {
     master.enable();
     assert_eq!(master.write(2, 0x6076, 0, Value::Unsigned32(100)), Err(0x0800_0022));
     master.write(2, 0x6060, 0, Value::Integer8(0)).unwrap();
-    let state = |master: &Robot| master.link.robot().drive(Joint::Two).power_state();
+    let state = |master: &Robot| master.link.robot().drive(Joint::TWO).power_state();
     assert_eq!(state(&master), PowerState::SwitchOnDisabled);
     master.command(2, Command::EnableOperation, 100);
     assert_eq!(state(&master), PowerState::SwitchOnDisabled, "the cyclic command does not bring it back");
@@ -173,7 +173,7 @@ fn quick_stop_options_below_five_end_in_switch_on_disabled() {
         master.write(2, 0x605A, 0, Value::Integer16(option)).unwrap();
         master.enable();
         master.command(2, Command::QuickStop, 0);
-        assert_eq!(master.link.robot().drive(Joint::Two).power_state(), state, "{option}");
+        assert_eq!(master.link.robot().drive(Joint::TWO).power_state(), state, "{option}");
     }
 }
 
@@ -229,10 +229,10 @@ fn a_drive_may_start_with_an_emergency_or_in_fault() {
     let past = PowerUp { emergency: Some(0x8140), fault: Some(0x3220), ..PowerUp::default() };
     let mut master = with_second(EmulatedDrive::new(drives()[1].with_power_up(past)));
     assert_eq!(emergencies(&master.received()), [0x8140, 0x3220]);
-    assert_eq!(master.link.robot().drive(Joint::Two).power_state(), PowerState::Fault);
+    assert_eq!(master.link.robot().drive(Joint::TWO).power_state(), PowerState::Fault);
     master.nmt(NmtCommand::ResetNode);
     assert_eq!(emergencies(&master.received()), [0x8140], "the fault was that of the first start");
-    assert_eq!(master.link.robot().drive(Joint::Two).power_state(), PowerState::SwitchOnDisabled);
+    assert_eq!(master.link.robot().drive(Joint::TWO).power_state(), PowerState::SwitchOnDisabled);
 }
 
 /// The joint stands still: an absolute encoder shows its angle, an incremental one zero since it has power, and what it turned.
@@ -248,15 +248,15 @@ fn an_incremental_counter_begins_at_zero_with_each_power_up() {
     assert_ne!(shown(&mut master), 0);
     let mut master = with_second(EmulatedDrive::new(drive.with_power_up(incremental)));
     assert_eq!(shown(&mut master), 0);
-    master.link.inject(Joint::Two, DriveFault::EncoderJump { counts: -7 });
+    master.link.inject(Joint::TWO, DriveFault::EncoderJump { counts: -7 });
     assert_eq!(shown(&mut master), -7);
     master.nmt(NmtCommand::ResetCommunication);
     assert_eq!(shown(&mut master), -7, "a reset of the communication keeps it");
     master.nmt(NmtCommand::ResetNode);
     assert_eq!(shown(&mut master), 0);
-    master.link.inject(Joint::Two, DriveFault::EncoderJump { counts: 9 });
-    master.link.inject(Joint::Two, DriveFault::PowerLost);
-    master.link.repair(Joint::Two);
+    master.link.inject(Joint::TWO, DriveFault::EncoderJump { counts: 9 });
+    master.link.inject(Joint::TWO, DriveFault::PowerLost);
+    master.link.repair(Joint::TWO);
     assert_eq!(shown(&mut master), 0);
 }
 

@@ -120,7 +120,7 @@ fn power_that_goes_takes_the_torque_with_it_at_once() {
         assert_eq!(master.link.robot().torque().y, newton_metres(100));
         master.command(2, Command::SwitchOn, 100);
         assert_eq!(master.link.robot().torque().y, 0.0, "{pacing:?}");
-        master.link.inject(Joint::Three, DriveFault::PowerLost);
+        master.link.inject(Joint::THREE, DriveFault::PowerLost);
         assert_eq!(master.link.robot().torque().z, 0.0, "{pacing:?}");
     }
 }

@@ -4,7 +4,9 @@ use std::io;
 use std::path::Path;
 
 use uarm_log::csv;
-use uarm_log::description::{JointDescription, LogHeader, MachineDescription, RobotDescription, RunDescription};
+use uarm_log::description::{
+    JointDescription, LinkDescription, LogHeader, MachineDescription, RobotDescription, RunDescription,
+};
 use uarm_log::reader::RunLog;
 use uarm_log::time_axis::TimeAxis;
 use uarm_log::writer::LogWriter;
@@ -26,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let joints = [("base", 1), ("joint 2", 2), ("joint 3", 3)].map(|(name, node)| JointDescription {
         name: name.to_owned(),
         node,
-        link_length: 0.203,
+        link: LinkDescription::along_x(0.203, 0.203),
     });
     let settings = Settings::paper(Law::Nonlinear);
     let header = LogHeader {

@@ -87,8 +87,26 @@ pub struct JointDescription {
     pub name: String,
     /// The node id of its drive.
     pub node: u8,
-    /// Length of the link behind it, m.
-    pub link_length: f64,
+    /// The link behind it.
+    pub link: LinkDescription,
+}
+
+/// A link as it is shown. The frames of all links are parallel while all angles are zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkDescription {
+    /// From the joint before to this one, m, in axes of the link before.
+    pub from_parent: [f64; 3],
+    /// The axis that the joint turns about, of length one.
+    pub axis: [f64; 3],
+    /// From the joint to the next one, or to the end effector, m.
+    pub reach: [f64; 3],
+}
+
+impl LinkDescription {
+    /// A link in the plane: `before` is the length of the link that it is joined to, m, and `length` its own; both lie along x.
+    pub const fn along_x(before: f64, length: f64) -> Self {
+        Self { from_parent: [before, 0.0, 0.0], axis: [0.0, 0.0, 1.0], reach: [length, 0.0, 0.0] }
+    }
 }
 
 /// The machine and the program of a run. What cannot be found out is left empty.

@@ -96,11 +96,11 @@ impl SizeLimit {
 }
 
 /// Writes the log of a run into parts.
-pub struct LogParts<S: PartStore, const J: usize> {
+pub struct LogParts<S: PartStore, const J: usize, const N: usize> {
     store: S,
     limit: SizeLimit,
     template: Template<J>,
-    writer: LogWriter<Counted<S::Output>, J>,
+    writer: LogWriter<Counted<S::Output>, J, N>,
     written: Arc<AtomicU64>,
     number: u32,
     /// The sizes of the closed parts that are left, the oldest first.
@@ -150,7 +150,7 @@ impl<W: Write> Write for Counted<W> {
     }
 }
 
-impl<S: PartStore, const J: usize> LogParts<S, J> {
+impl<S: PartStore, const J: usize, const N: usize> LogParts<S, J, N> {
     /// Begins the first part, `output`, of a log; the others come from `store`.
     ///
     /// # Errors
@@ -227,7 +227,7 @@ impl<S: PartStore, const J: usize> LogParts<S, J> {
         Ok(())
     }
 
-    fn prepare<const N: usize>(&mut self, entry: Entry<'_, J, N>) -> McapResult<()> {
+    fn prepare(&mut self, entry: Entry<'_, J, N>) -> McapResult<()> {
         match entry {
             Entry::Periodic(PeriodicRecord::Identities(identities, _), _) => self.identities = Some(*identities),
             Entry::Periodic(PeriodicRecord::Keyframe(..), _) if self.is_full() => self.turn()?,
@@ -237,7 +237,7 @@ impl<S: PartStore, const J: usize> LogParts<S, J> {
     }
 }
 
-impl<S: PartStore, const J: usize, const N: usize> Sink<J, N> for LogParts<S, J> {
+impl<S: PartStore, const J: usize, const N: usize> Sink<J, N> for LogParts<S, J, N> {
     fn name(&self) -> String {
         Sink::<J, N>::name(&self.writer)
     }

@@ -66,7 +66,7 @@ impl Signal {
 /// Every signal of a cycle, in the order of a CSV file's columns; the adapted parameters come last.
 pub fn signals<const J: usize, const N: usize>(record: &CycleRecord<J, N>) -> Vec<Signal> {
     let mut list = List(Vec::new());
-    let first_active = number_of_active(0);
+    let first_active = number_of_active::<J, N>(0);
     list.one("time", "_s", Value::Number(record.time));
     list.one("period", "_s", Value::Number(record.period));
     list.each("counts", "", 1, record.counts.map(|count| Value::Integer(count.into())));

@@ -49,12 +49,12 @@ const ATTACHMENTS: [(&str, &str, &str); 2] =
     [("uarm.dbc", "text/plain", FRAMES_DBC), ("uarm-drive.eds", "text/plain", DRIVE_EDS)];
 
 /// Writes the log of a robot with `J` joints.
-pub struct LogWriter<W: Write, const J: usize> {
+pub struct LogWriter<W: Write, const J: usize, const N: usize> {
     name: String,
     writer: Writer<NoSeek<BufWriter<W>>>,
     axis: TimeAxis,
     nodes: [u8; J],
-    scene: Scene<J>,
+    scene: Scene<J, N>,
     buffer: Vec<u8>,
     state: State,
 }
@@ -79,7 +79,7 @@ struct State {
     chunks: u64,
 }
 
-impl<W: Write, const J: usize> LogWriter<W, J> {
+impl<W: Write, const J: usize, const N: usize> LogWriter<W, J, N> {
     /// Begins a log: metadata, attachments, channels, and the preamble as notes.
     ///
     /// # Errors
@@ -158,7 +158,7 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
         self.state.pending + SUMMARY_BYTES + (self.state.chunks + 1) * INDEX_BYTES
     }
 
-    fn cycle<const N: usize>(&mut self, record: &CycleRecord<J, N>) -> McapResult<()> {
+    fn cycle(&mut self, record: &CycleRecord<J, N>) -> McapResult<()> {
         let CycleRecord { instants, tick, .. } = record;
         self.reach(instants.done);
         self.state.latest_cycle = self.state.latest_cycle.max(Some((*tick, instants.done)));
@@ -183,7 +183,7 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
     }
 
     /// Tells of skipped ticks in words, though not of each on a machine that skips all the time.
-    fn note_lateness<const N: usize>(&mut self, record: &CycleRecord<J, N>) -> McapResult<()> {
+    fn note_lateness(&mut self, record: &CycleRecord<J, N>) -> McapResult<()> {
         let skipped = record.elapsed_ticks.saturating_sub(1);
         if skipped == 0 || record.instants.done < self.state.next_lateness {
             return Ok(());
@@ -217,7 +217,7 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
         self.note(severity, &format!("node {} reports: {}", node.raw(), Emergency(message)))
     }
 
-    fn periodic<const N: usize>(&mut self, periodic: &PeriodicRecord<J, N>, dropped: u64) -> McapResult<()> {
+    fn periodic(&mut self, periodic: &PeriodicRecord<J, N>, dropped: u64) -> McapResult<()> {
         let at = self.axis.at(periodic.at());
         self.state.periodic = self.state.periodic.wrapping_add(1);
         let sequence = self.state.periodic;
@@ -297,7 +297,7 @@ impl<W: Write, const J: usize> LogWriter<W, J> {
     }
 
     /// Goes on with the run of which `before` has the part before: number `part`, counted from 1.
-    pub(crate) fn continue_run<V: Write>(&mut self, part: u32, before: &LogWriter<V, J>) -> McapResult<()> {
+    pub(crate) fn continue_run<V: Write>(&mut self, part: u32, before: &LogWriter<V, J, N>) -> McapResult<()> {
         let State { now, next_lateness, latest_cycle, notes, periodic, .. } = before.state;
         let flush = now + CHUNK_SPAN;
         self.state = State { now, flush, next_lateness, latest_cycle, notes, periodic, ..self.state };
@@ -340,7 +340,7 @@ fn attach<W: Write>(
     })
 }
 
-impl<W: Write + Send, const J: usize, const N: usize> Sink<J, N> for LogWriter<W, J> {
+impl<W: Write + Send, const J: usize, const N: usize> Sink<J, N> for LogWriter<W, J, N> {
     fn name(&self) -> String {
         format!("log {}", self.name)
     }

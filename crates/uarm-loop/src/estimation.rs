@@ -297,8 +297,8 @@ impl<const J: usize> Estimate<J> {
             position: dimensions::active(&self.position()),
             velocity: dimensions::active(&self.velocity()),
             base: BaseMeasurement::planar(
-                dimensions::base(&self.velocity()),
-                dimensions::base(&self.joints.each_ref().map(|joint| joint.acceleration)),
+                dimensions::base::<_, J, N>(&self.velocity()),
+                dimensions::base::<_, J, N>(&self.joints.each_ref().map(|joint| joint.acceleration)),
             ),
         }
     }

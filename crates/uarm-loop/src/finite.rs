@@ -86,12 +86,15 @@ pub fn check_estimate<const J: usize>(estimate: &Estimate<J>) -> Result<(), NotF
 ///
 /// # Errors
 /// [`NotFinite`] for the first number that is not finite.
-pub fn check_command<const N: usize>(command: &Command<f64, N>, parameters: &[f64]) -> Result<(), NotFinite> {
+pub fn check_command<const J: usize, const N: usize>(
+    command: &Command<f64, N>,
+    parameters: &[f64],
+) -> Result<(), NotFinite> {
     if command.adaptation.not_finite {
         return Err(NotFinite::Law);
     }
     for (index, (torque, input)) in command.torque.iter().zip(&command.control_input).enumerate() {
-        let joint = number_of_active(index);
+        let joint = number_of_active::<J, N>(index);
         finite(joint, JointSignal::Torque, *torque)?;
         finite(joint, JointSignal::ControlInput, *input)?;
     }

@@ -133,12 +133,12 @@ impl<const J: usize> Guard<J> {
         let error = dimensions::active::<J, N>(angles) - motion.at(time).position;
         for (index, error) in error.iter().enumerate() {
             let allowed = [-self.start_tolerance, self.start_tolerance];
-            within(dimensions::number_of_active(index), time, Quantity::StartError, *error, allowed)?;
+            within(dimensions::number_of_active::<J, N>(index), time, Quantity::StartError, *error, allowed)?;
         }
         let Some(approach) = motion.approach() else { return Ok(()) };
         let travel = approach.end() - approach.start();
         for (index, travel) in travel.iter().enumerate() {
-            let joint = dimensions::number_of_active(index);
+            let joint = dimensions::number_of_active::<J, N>(index);
             let peak = PEAK_OF_QUINTIC * travel / approach.duration();
             let allowed = self.joints.get(joint - 1).map_or(0.0, |limits| limits.velocity);
             within(joint, time, Quantity::ApproachVelocity, peak, [-allowed, allowed])?;
@@ -167,7 +167,7 @@ impl<const J: usize> Guard<J> {
         };
         let error = dimensions::active::<J, N>(&estimate.position()) - reference.position;
         for (index, error) in error.iter().enumerate() {
-            within(dimensions::number_of_active(index), time, quantity, *error, [-allowed, allowed])?;
+            within(dimensions::number_of_active::<J, N>(index), time, quantity, *error, [-allowed, allowed])?;
         }
         Ok(())
     }

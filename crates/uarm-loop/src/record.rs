@@ -238,6 +238,25 @@ pub trait Recorder<const J: usize, const N: usize> {
     fn health(&mut self, _health: &HealthRecord<J>) {}
 }
 
+/// Records where there is something to record into.
+impl<R: Recorder<J, N>, const J: usize, const N: usize> Recorder<J, N> for Option<R> {
+    fn record(&mut self, record: &CycleRecord<J, N>) {
+        self.iter_mut().for_each(|recorder| recorder.record(record));
+    }
+
+    fn keyframe(&mut self, keyframe: &Keyframe<J, N>, at: Instant) {
+        self.iter_mut().for_each(|recorder| recorder.keyframe(keyframe, at));
+    }
+
+    fn identities(&mut self, identities: &[DriveIdentity; J], at: Instant) {
+        self.iter_mut().for_each(|recorder| recorder.identities(identities, at));
+    }
+
+    fn health(&mut self, health: &HealthRecord<J>) {
+        self.iter_mut().for_each(|recorder| recorder.health(health));
+    }
+}
+
 /// A recorder that keeps nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct NoRecorder;

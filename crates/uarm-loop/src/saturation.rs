@@ -75,18 +75,20 @@ impl<const N: usize> SaturationWatch<N> {
         self.lasting = lasting;
     }
 
-    /// Takes in which torques were cut in a cycle of `period` seconds.
+    /// Takes in which torques were cut in a cycle of `period` seconds, of a robot of `J` joints.
     ///
     /// # Errors
     /// [`LastingSaturation`] for the first joint for which it was too long.
-    pub fn watch(&mut self, limited: [bool; N], period: f64) -> Result<(), LastingSaturation> {
+    pub fn watch<const J: usize>(&mut self, limited: [bool; N], period: f64) -> Result<(), LastingSaturation> {
         for (lasting, limited) in self.lasting.iter_mut().zip(limited) {
             *lasting = if limited { *lasting + period } else { 0.0 };
         }
         let Some(limit) = self.limit else { return Ok(()) };
         let most = limit.0.as_secs_f64();
         match self.lasting.iter().enumerate().find(|(_, lasting)| **lasting > most) {
-            Some((index, lasted)) => Err(LastingSaturation { joint: number_of_active(index), lasted: *lasted, limit }),
+            Some((index, lasted)) => {
+                Err(LastingSaturation { joint: number_of_active::<J, N>(index), lasted: *lasted, limit })
+            }
             None => Ok(()),
         }
     }
@@ -100,17 +102,17 @@ mod tests {
     fn only_saturation_without_a_break_adds_up() {
         let mut watch = SaturationWatch::<2>::new(SaturationLimit::new(Duration::from_millis(10)).unwrap());
         for cycle in 0..100 {
-            assert_eq!(watch.watch([cycle % 5 != 0, false], 0.0025), Ok(()), "four in a row are 10 ms");
+            assert_eq!(watch.watch::<3>([cycle % 5 != 0, false], 0.0025), Ok(()), "four in a row are 10 ms");
         }
-        assert_eq!(watch.watch([false, true], 0.0025), Ok(()));
+        assert_eq!(watch.watch::<3>([false, true], 0.0025), Ok(()));
         for _ in 0..3 {
-            assert_eq!(watch.watch([false, true], 0.0025), Ok(()));
+            assert_eq!(watch.watch::<3>([false, true], 0.0025), Ok(()));
         }
-        let fault = watch.watch([false, true], 0.0025).unwrap_err();
+        let fault = watch.watch::<3>([false, true], 0.0025).unwrap_err();
         assert_eq!((fault.joint, fault.lasted), (3, 0.0125));
         assert!(fault.to_string().ends_with("for 12 ms without a break, expected at most 10 ms"), "{fault}");
         let mut unlimited = SaturationWatch::<2>::unlimited();
-        assert!((0..1_000).all(|_| unlimited.watch([true; 2], 1.0).is_ok()));
+        assert!((0..1_000).all(|_| unlimited.watch::<3>([true; 2], 1.0).is_ok()));
     }
 
     /// A replay goes on in the middle of a saturation: two cycles before the keyframe and three behind it are 12.5 ms.
@@ -119,15 +121,18 @@ mod tests {
         let limit = SaturationLimit::new(Duration::from_millis(10)).unwrap();
         let mut watch = SaturationWatch::<2>::new(limit);
         for _ in 0..2 {
-            watch.watch([false, true], 0.0025).unwrap();
+            watch.watch::<3>([false, true], 0.0025).unwrap();
         }
         assert_eq!(watch.lasting(), [0.0, 0.005]);
         let mut thawed = SaturationWatch::<2>::new(limit);
         thawed.thaw([0.0, 0.005]);
         for _ in 0..2 {
-            thawed.watch([false, true], 0.0025).unwrap();
+            thawed.watch::<3>([false, true], 0.0025).unwrap();
         }
-        assert_eq!(thawed.watch([false, true], 0.0025), Err(LastingSaturation { joint: 3, lasted: 0.0125, limit }));
+        assert_eq!(
+            thawed.watch::<3>([false, true], 0.0025),
+            Err(LastingSaturation { joint: 3, lasted: 0.0125, limit })
+        );
     }
 
     #[test]

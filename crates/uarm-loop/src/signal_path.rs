@@ -118,7 +118,7 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
         self.guard.check_stopping(&times, &before, &estimate.measured)?;
 
         let command = self.controller.update(&measurement, &reference, period);
-        finite::check_command(&command, self.controller.parameters())?;
+        finite::check_command::<J, N>(&command, self.controller.parameters())?;
         // The first cycle's period is zero, but its torque, too, has a period to rise in.
         let rise_time = period.max(nominal.seconds(1));
         let torque = self.torque.prepare(command.torque, time, rise_time, authority)?;
@@ -127,7 +127,7 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
             self.controller.hold_adaptation();
         }
         if authority == Authority::Full {
-            self.saturation.watch(torque.limited.limited, rise_time)?;
+            self.saturation.watch::<J>(torque.limited.limited, rise_time)?;
         }
 
         let residuals = self.watch(between_syncs, nominal, &estimate, &torque)?;

@@ -58,7 +58,7 @@ impl<R, const N: usize> Statistics<R, N> {
 
 impl<R: Recorder<J, N>, const J: usize, const N: usize> Recorder<J, N> for Statistics<R, N> {
     fn record(&mut self, record: &CycleRecord<J, N>) {
-        let base = dimensions::base(&record.position);
+        let base = dimensions::base::<_, J, N>(&record.position);
         self.first_base.get_or_insert(base);
         self.last_base = base;
         self.last_time = Some(record.time);

@@ -5,6 +5,7 @@ use nalgebra::SVector;
 use uarm_io::time::Duration;
 use uarm_io::torque::{TorqueError, TorqueScale};
 
+use crate::dimensions;
 use crate::fade::Fade;
 use crate::supervisor::Authority;
 
@@ -101,7 +102,7 @@ impl<const J: usize, const N: usize> TorqueStage<J, N> {
         };
         let output = self.output_limiter.limit(envelope.bound(commanded), rise_time)?.applied;
         let mut sent = [0; J];
-        let active = sent.iter_mut().zip(&self.scales).skip(1);
+        let active = sent.iter_mut().zip(&self.scales).skip(dimensions::passive::<J, N>());
         for ((sent, scale), torque) in active.zip(&output) {
             *sent = scale.to_drive(*torque)?.per_mille;
         }

@@ -35,7 +35,7 @@ pub fn map(path: &Path, text: &str) -> anyhow::Result<(Vec<Row>, Chains)> {
     let parsed: ManipulatorFile = toml::from_str(text)?;
     let given = parsed.space_manipulator.is_some();
     let of_urdf = match parsed.model.filter(|_| !given) {
-        Some(model) => model::urdf(path, &model)?,
+        Some(model) => model::urdf::<2>(path, &model)?,
         None => None,
     };
     let Some(manipulator) = parsed.space_manipulator.or(of_urdf) else {

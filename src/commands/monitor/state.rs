@@ -178,7 +178,7 @@ fn keep<V>(kept: &mut Vec<V>, value: V, most: usize) {
 
 /// The names of the joints, as far as the robot in the log can be read.
 fn joint_names(file: &Path, run: &RunDescription) -> [String; JOINTS] {
-    match Robot::from_log(file, &run.robot) {
+    match Robot::<3, 2>::from_log(file, &run.robot) {
         Ok(robot) => robot.description.joints.map(|joint| joint.name),
         Err(_) => std::array::from_fn(|index| format!("joint {}", index + 1)),
     }

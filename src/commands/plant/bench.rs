@@ -34,7 +34,7 @@ pub trait Bench: RobotOnBus {
     fn obey(&mut self, order: &Order, now: Instant, outbox: &mut Outbox);
 }
 
-impl<P: Plant + Clone, const N: usize> Bench for EmulatedRobot<P, N> {
+impl<P: Plant + Clone, const CAPACITY: usize> Bench for EmulatedRobot<P, 3, CAPACITY> {
     fn truth(&self) -> Option<Truth> {
         let plant = self.plant();
         self.is_running().then(|| Truth {

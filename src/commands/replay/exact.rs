@@ -16,7 +16,11 @@ use crate::exit::Exit;
 ///
 /// # Errors
 /// If nothing can be replayed, or an option is for another kind of replay.
-pub fn exact(arguments: &Arguments, recorded: &mut Recorded, file: &str) -> anyhow::Result<ExitCode> {
+pub fn exact<const J: usize, const N: usize>(
+    arguments: &Arguments,
+    recorded: &mut Recorded<J, N>,
+    file: &str,
+) -> anyhow::Result<ExitCode> {
     ensure!(
         arguments.plot.is_none() && arguments.csv.is_none(),
         "--plot and --csv compare two controllers: name the other one with --controller (or --robot)"
@@ -24,7 +28,7 @@ pub fn exact(arguments: &Arguments, recorded: &mut Recorded, file: &str) -> anyh
     let begin = recorded.begin(arguments.from).with_context(|| file.to_owned())?;
     let (robot, settings) = (recorded.robot.description.clone(), recorded.settings);
     let mut controller = recorded.robot.controller(settings.law, settings.guard)?;
-    let mut run = ExactRun::new(&robot, &settings, &mut controller, begin).with_context(|| file.to_owned())?;
+    let mut run = ExactRun::new(&robot, &settings, controller.as_mut(), begin).with_context(|| file.to_owned())?;
     recorded.each_window(&mut |source| run.window(source)).with_context(|| file.to_owned())?;
     let replay = run.finish().with_context(|| file.to_owned())?;
     if arguments.json {
@@ -50,7 +54,12 @@ pub fn exact(arguments: &Arguments, recorded: &mut Recorded, file: &str) -> anyh
     Ok(exit.into())
 }
 
-fn print_exact(replay: &ExactReplay, recorded: &Recorded, file: &str, output: &mut impl Write) -> io::Result<()> {
+fn print_exact<const J: usize, const N: usize>(
+    replay: &ExactReplay,
+    recorded: &Recorded<J, N>,
+    file: &str,
+    output: &mut impl Write,
+) -> io::Result<()> {
     let ExactReplay { from, cycles, signals, keyframes, .. } = replay;
     writeln!(output, "replay of {file}: {}, controller {}", recorded.robot.description.name, recorded.name)?;
     if !recorded.part.is_all() {

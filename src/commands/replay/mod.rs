@@ -8,15 +8,18 @@ mod recorded;
 mod report;
 mod what_if;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Context;
 use uarm_plot::output::FigureFile;
 
 use crate::log_files::newest;
+use crate::output_files::OutputFiles;
+use crate::robot::shape::for_shape;
 pub use arguments::Arguments;
 use exact::exact;
-use recorded::read;
+use recorded::{read, shape};
 use what_if::what_if;
 
 /// Replays a file.
@@ -28,10 +31,18 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let outputs = arguments.outputs(&path);
     outputs.check(arguments.plot.as_ref().map(FigureFile::path)).context("--plot")?;
     outputs.check(arguments.csv.as_deref()).context("--csv")?;
-    let mut recorded = read(&path, arguments)?;
+    for_shape!(shape(&path, arguments)?, replay(&path, arguments, &outputs))
+}
+
+fn replay<const J: usize, const N: usize>(
+    path: &Path,
+    arguments: &Arguments,
+    outputs: &OutputFiles,
+) -> anyhow::Result<ExitCode> {
+    let mut recorded = read::<J, N>(path, arguments)?;
     let file = path.display().to_string();
     if recorded.is_a_log() && arguments.asks_for_another() {
-        what_if(arguments, &mut recorded, &file, &outputs)
+        what_if(arguments, &mut recorded, &file, outputs)
     } else {
         exact(arguments, &mut recorded, &file)
     }

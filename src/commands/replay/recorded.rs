@@ -10,9 +10,9 @@ use uarm_log::ordered::InOrder;
 use uarm_log::reader::Part;
 use uarm_log::records::MAGIC;
 use uarm_log::regular_file;
-use uarm_log::replay::exact::is_before;
+use uarm_log::replay::exact::{Begin, is_before};
 use uarm_log::replay::one_clock::{ClockStep, Regularity};
-use uarm_log::replay::source::ReplayError;
+use uarm_log::replay::source::{ReplayError, Source};
 use uarm_log::replay::windows::Windows;
 use uarm_loop::choice::Choice;
 use uarm_loop::fault_code::FaultCode;
@@ -23,20 +23,19 @@ use uarm_loop::torque::DisturbanceSite;
 
 use super::arguments::Arguments;
 use super::bus_file::{self, BusFile};
-use crate::dimensions::{ACTIVE, JOINTS, OrderedLog};
+use crate::dimensions::OrderedLog;
 use crate::report::FAULT_CODE;
 use crate::robot::Robot;
+use crate::robot::RobotText;
+use crate::robot::shape::Shape;
 use crate::usage::UsageError;
 
-type Source<'a> = uarm_log::replay::source::Source<'a, JOINTS, ACTIVE>;
-type Begin = uarm_log::replay::exact::Begin<JOINTS, ACTIVE>;
-
 /// What a file holds.
-pub struct Recorded {
+pub struct Recorded<const J: usize, const N: usize> {
     pub name: String,
-    pub robot: Robot,
+    pub robot: Robot<J, N>,
     pub settings: Settings,
-    pub records: Records,
+    pub records: Records<J, N>,
     /// Why the run failed, if it did.
     pub fault: Option<String>,
     /// The version and commit that recorded it, if they are others.
@@ -50,21 +49,24 @@ pub struct Recorded {
 }
 
 /// Where the records are.
-pub enum Records {
+pub enum Records<const J: usize, const N: usize> {
     /// In a log, which is read in windows.
-    Log(OrderedLog),
+    Log(OrderedLog<J, N>),
     /// In a file of candump, which is read in windows as well.
     Bus(BusFile),
 }
 
-impl Recorded {
+impl<const J: usize, const N: usize> Recorded<J, N> {
     /// A log says itself what ran; a candump file does not.
     pub fn is_a_log(&self) -> bool {
         matches!(self.records, Records::Log(_))
     }
 
     /// Gives the run to `each`, window by window.
-    pub fn each_window(&mut self, each: &mut dyn FnMut(&Source<'_>) -> Result<(), ReplayError>) -> anyhow::Result<()> {
+    pub fn each_window(
+        &mut self,
+        each: &mut dyn FnMut(&Source<'_, J, N>) -> Result<(), ReplayError>,
+    ) -> anyhow::Result<()> {
         let Self { robot, settings, records, fault, .. } = self;
         let (robot, fault) = (&robot.description, fault.as_deref());
         match records {
@@ -82,7 +84,7 @@ impl Recorded {
                 let mut windows = Windows::new(robot, settings, fault);
                 // Late records are known: there is one pass.
                 let mut given = Ok(());
-                let take = |(): &mut (), record: InOrder<'_, JOINTS, ACTIVE>| {
+                let take = |(): &mut (), record: InOrder<'_, J, N>| {
                     if given.is_ok() {
                         given = windows.take(record, each);
                     }
@@ -95,10 +97,9 @@ impl Recorded {
     }
 
     /// The state that a replay begins with: of a log with the last keyframe before a task time, s, if one is asked for.
-    pub fn begin(&mut self, from: Option<f64>) -> anyhow::Result<Begin> {
+    pub fn begin(&mut self, from: Option<f64>) -> anyhow::Result<Begin<J, N>> {
         let (Some(time), Records::Log(log)) = (from, &mut self.records) else { return Ok(Begin::Beginning) };
-        let take = |(found, span): &mut (Option<_>, Option<[f64; 2]>), record: InOrder<'_, JOINTS, ACTIVE>| match record
-        {
+        let take = |(found, span): &mut (Option<_>, Option<[f64; 2]>), record: InOrder<'_, J, N>| match record {
             InOrder::Keyframe(keyframe) if is_before(keyframe, time) => *found = Some(*keyframe),
             InOrder::Cycle(cycle) => *span = Some([span.map_or(cycle.time, |[first, _]| first), cycle.time]),
             InOrder::Keyframe(_) | InOrder::Frame(_) => {}
@@ -116,8 +117,8 @@ impl Recorded {
 ///
 /// # Errors
 /// If it cannot be read, or is of a robot whose frames cannot be replayed.
-pub fn read(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
-    let recorded = read_any(path, arguments)?;
+pub fn read<const J: usize, const N: usize>(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded<J, N>> {
+    let recorded = read_any::<J, N>(path, arguments)?;
     ensure!(
         recorded.robot.description.bus.protocol == Protocol::Canopen,
         "{}: the robot has ODrive axes; a replay reads the frames of CANopen drives only",
@@ -126,10 +127,25 @@ pub fn read(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
     Ok(recorded)
 }
 
-fn read_any(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
+/// How many joints the recorded robot has: the log says so; beside a candump file, the robot file does.
+///
+/// # Errors
+/// If the file cannot be read.
+pub fn shape(path: &Path, arguments: &Arguments) -> anyhow::Result<Shape> {
+    if is_mcap(path)? {
+        let run = OrderedLog::<3, 2>::new(path).run()?;
+        return Shape::of(path, &run.robot.toml).context("the robot in the log");
+    }
+    Ok(RobotText::read(arguments.robot.as_deref())?.shape()?)
+}
+
+fn is_mcap(path: &Path) -> anyhow::Result<bool> {
     let mut input = BufReader::new(regular_file::open(path).with_context(|| path.display().to_string())?);
-    let is_mcap = input.fill_buf().with_context(|| path.display().to_string())?.starts_with(&MAGIC);
-    if is_mcap {
+    Ok(input.fill_buf().with_context(|| path.display().to_string())?.starts_with(&MAGIC))
+}
+
+fn read_any<const J: usize, const N: usize>(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded<J, N>> {
+    if is_mcap(path)? {
         ensure!(
             arguments.dt.is_none()
                 && arguments.period.is_none()
@@ -161,7 +177,8 @@ fn read_any(path: &Path, arguments: &Arguments) -> anyhow::Result<Recorded> {
         bail!("{}: a candump file does not say which controller ran: name it with --controller", path.display());
     };
     ensure!(arguments.from.is_none(), "--from needs keyframes, which a candump file has not");
-    let mut robot = Robot::load_with(arguments.robot.as_deref(), &arguments.overrides(law))?;
+    let RobotText { name, text } = RobotText::read(arguments.robot.as_deref())?;
+    let mut robot = Robot::<J, N>::of_text(&name, &text, &arguments.overrides(law))?;
     robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref(), std::iter::once(law))?;
     let settings = Settings {
         law,

@@ -6,12 +6,9 @@ use serde::Serialize;
 use uarm_log::reader::Part;
 use uarm_log::replay::exact::ExactReplay;
 use uarm_log::replay::one_clock::ClockStep;
-use uarm_log::replay::what_if::TorqueSummary;
+use uarm_log::replay::what_if::{TorqueSummary, WhatIfOutcome};
 
 use super::recorded::Recorded;
-use crate::dimensions::ACTIVE;
-
-type WhatIf = uarm_log::replay::what_if::WhatIfOutcome<ACTIVE>;
 
 /// The result as JSON.
 #[derive(Serialize)]
@@ -31,29 +28,32 @@ pub struct Report<'a> {
 #[derive(Serialize)]
 pub struct WhatIfReport {
     cycles: u64,
-    rms_difference_nm: [f64; ACTIVE],
-    largest_difference_nm: [f64; ACTIVE],
-    rms_recorded_nm: [f64; ACTIVE],
-    rms_other_nm: [f64; ACTIVE],
+    rms_difference_nm: Vec<f64>,
+    largest_difference_nm: Vec<f64>,
+    rms_recorded_nm: Vec<f64>,
+    rms_other_nm: Vec<f64>,
     lost_cycles: u64,
 }
 
 impl WhatIfReport {
-    pub fn new(what_if: &WhatIf) -> Self {
+    pub fn new<const N: usize>(what_if: &WhatIfOutcome<N>) -> Self {
         let TorqueSummary { rms_difference, largest_difference, rms_recorded, rms_other } = what_if.summary;
         Self {
             cycles: what_if.cycles,
-            rms_difference_nm: rms_difference,
-            largest_difference_nm: largest_difference,
-            rms_recorded_nm: rms_recorded,
-            rms_other_nm: rms_other,
+            rms_difference_nm: rms_difference.to_vec(),
+            largest_difference_nm: largest_difference.to_vec(),
+            rms_recorded_nm: rms_recorded.to_vec(),
+            rms_other_nm: rms_other.to_vec(),
             lost_cycles: what_if.lost_cycles,
         }
     }
 }
 
 /// What is to be said of the recording itself.
-pub fn print_recording(recorded: &Recorded, output: &mut impl Write) -> io::Result<()> {
+pub fn print_recording<const J: usize, const N: usize>(
+    recorded: &Recorded<J, N>,
+    output: &mut impl Write,
+) -> io::Result<()> {
     for ClockStep { after_s, by_s } in &recorded.clock_steps {
         writeln!(output, "  clock set          by {by_s:+.3} s, {after_s:.3} s after the first frame: taken out")?;
     }

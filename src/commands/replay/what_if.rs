@@ -5,7 +5,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, ensure};
-use uarm_log::replay::what_if::{TorqueSummary, WhatIfRun};
+use uarm_log::replay::what_if::{Pair, TorqueSummary, WhatIfOutcome, WhatIfRun};
+use uarm_loop::dimensions;
 use uarm_loop::settings::Settings;
 
 use super::arguments::Arguments;
@@ -13,21 +14,18 @@ use super::chart::Torques;
 use super::recorded::Recorded;
 use super::report::{Report, WhatIfReport, print_recording};
 use crate::console;
-use crate::dimensions::ACTIVE;
 use crate::exit::Exit;
 use crate::output_files::OutputFiles;
 use crate::robot::Robot;
-
-type WhatIf = uarm_log::replay::what_if::WhatIfOutcome<ACTIVE>;
-type Pair = uarm_log::replay::what_if::Pair<ACTIVE>;
+use crate::robot::RobotText;
 
 /// Gives the measurements to another law.
 ///
 /// # Errors
 /// If nothing can be replayed, an option is for another kind of replay, or an output cannot be written.
-pub fn what_if(
+pub fn what_if<const J: usize, const N: usize>(
     arguments: &Arguments,
-    recorded: &mut Recorded,
+    recorded: &mut Recorded<J, N>,
     file: &str,
     outputs: &OutputFiles,
 ) -> anyhow::Result<ExitCode> {
@@ -37,10 +35,13 @@ pub fn what_if(
     );
     let law = arguments.controller.unwrap_or(recorded.settings.law);
     let mut robot = match &arguments.robot {
-        Some(path) => Robot::load_with(Some(path), &arguments.overrides(law))?,
+        Some(path) => {
+            let RobotText { name, text } = RobotText::read(Some(path))?;
+            Robot::<J, N>::of_text(&name, &text, &arguments.overrides(law))?
+        }
         None => {
             let text = toml::to_string(&recorded.robot.file).context("the robot file of the log")?;
-            Robot::parse(Path::new(file), &text, &arguments.overrides(law))?
+            Robot::of_text(Path::new(file), &text, &arguments.overrides(law))?
         }
     };
     robot.fuzzy_sets = recorded.robot.fuzzy_sets;
@@ -48,9 +49,10 @@ pub fn what_if(
     let settings =
         Settings { law, guard: arguments.adaptation.unwrap_or(recorded.settings.guard), ..recorded.settings };
     let mut controller = robot.controller(law, settings.guard)?;
-    let mut run = WhatIfRun::new(&robot.description, &settings, &mut controller).with_context(|| file.to_owned())?;
-    let mut torques = Torques::default();
-    let mut go = |each: &mut dyn FnMut(&Pair)| {
+    let mut run =
+        WhatIfRun::new(&robot.description, &settings, controller.as_mut()).with_context(|| file.to_owned())?;
+    let mut torques = Torques::<N>::new(dimensions::number_of_active::<J, N>(0));
+    let mut go = |each: &mut dyn FnMut(&Pair<N>)| {
         let mut take = |pair| {
             each(&pair);
             torques.take(&pair);
@@ -59,7 +61,7 @@ pub fn what_if(
     };
     match &arguments.csv {
         None => go(&mut |_| {}).with_context(|| file.to_owned())?,
-        Some(path) => outputs.write(path, |output| write_csv(go, output)).context("--csv")?,
+        Some(path) => outputs.write(path, |output| write_csv::<J, N>(go, output)).context("--csv")?,
     }
     let what_if = run.finish().with_context(|| file.to_owned())?;
     let other_name = match arguments.robot {
@@ -93,9 +95,9 @@ pub fn what_if(
     Ok(exit.into())
 }
 
-fn print_what_if(
-    what_if: &WhatIf,
-    recorded: &Recorded,
+fn print_what_if<const J: usize, const N: usize>(
+    what_if: &WhatIfOutcome<N>,
+    recorded: &Recorded<J, N>,
     other: &str,
     file: &str,
     output: &mut impl Write,
@@ -111,9 +113,13 @@ fn print_what_if(
         lost => format!(" of {}", what_if.cycles + lost),
     };
     writeln!(output, "  {}{of_all} cycles, open loop: the robot did not hear it", what_if.cycles)?;
-    writeln!(output, "    torque (N m)         joint 2   joint 3")?;
-    let mut row =
-        |name: &str, [joint_2, joint_3]: [f64; 2]| writeln!(output, "    {name:<18} {joint_2:>9.5} {joint_3:>9.5}");
+    let numbers = (0..N).map(dimensions::number_of_active::<J, N>);
+    let joints: Vec<_> = numbers.map(|joint| format!("{:>9}", format!("joint {joint}"))).collect();
+    writeln!(output, "    torque (N m)       {}", joints.join(" "))?;
+    let mut row = |name: &str, torques: [f64; N]| {
+        let torques = torques.map(|torque| format!("{torque:>9.5}")).join(" ");
+        writeln!(output, "    {name:<18} {torques}")
+    };
     row("recorded, RMS", rms_recorded)?;
     row("other, RMS", rms_other)?;
     row("difference, RMS", rms_difference)?;
@@ -125,13 +131,19 @@ fn print_what_if(
 }
 
 /// Writes what `go` gives: both torques of each cycle.
-fn write_csv(go: impl FnOnce(&mut dyn FnMut(&Pair)) -> anyhow::Result<()>, output: &mut dyn Write) -> io::Result<()> {
-    writeln!(output, "tick,time_s,torque_recorded_2_nm,torque_recorded_3_nm,torque_other_2_nm,torque_other_3_nm")?;
+fn write_csv<const J: usize, const N: usize>(
+    go: impl FnOnce(&mut dyn FnMut(&Pair<N>)) -> anyhow::Result<()>,
+    output: &mut dyn Write,
+) -> io::Result<()> {
+    let columns = ["recorded", "other"].into_iter().flat_map(|of| {
+        (0..N).map(move |index| format!(",torque_{of}_{}_nm", dimensions::number_of_active::<J, N>(index)))
+    });
+    writeln!(output, "tick,time_s{}", columns.collect::<String>())?;
     let mut written = Ok(());
-    let mut write = |pair: &Pair| {
-        let ([recorded_2, recorded_3], [other_2, other_3]) = (pair.recorded, pair.other);
+    let mut write = |pair: &Pair<N>| {
+        let torques = pair.recorded.iter().chain(&pair.other).map(|torque| format!(",{torque}"));
         if written.is_ok() {
-            written = writeln!(output, "{},{},{recorded_2},{recorded_3},{other_2},{other_3}", pair.tick, pair.time);
+            written = writeln!(output, "{},{}{}", pair.tick, pair.time, torques.collect::<String>());
         }
     };
     go(&mut write).map_err(io::Error::other)?;

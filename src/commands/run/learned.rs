@@ -7,7 +7,7 @@ use uarm_io::drive::survey::Survey;
 use crate::robot::Robot;
 
 /// The reasons that the robot file gives for what a drive lacks.
-pub fn reasons(robot: &Robot) -> Vec<String> {
+pub fn reasons<const J: usize, const N: usize>(robot: &Robot<J, N>) -> Vec<String> {
     let of_joint = |joint: &crate::robot::file::Joint| {
         let text = |what: &str, reason: &Option<String>| {
             reason.as_ref().map(|reason| format!("  {}: {what}, as the robot file says: {reason}", joint.name))

@@ -3,13 +3,11 @@
 use anyhow::Context;
 use hinf_control::Disturbance;
 use uarm_io::drive::network::{Confirmation, DriveStop, LastDefence, StopReport};
-use uarm_io::link::{Link, ObservedLink};
-use uarm_io::monotonic::MonotonicClock;
+use uarm_io::link::ObservedLink;
 use uarm_io::probe::{CanWish, Machine};
+use uarm_io::realtime::RealtimeThread;
 use uarm_io::socketcan_link::{Reception, SocketCanLink};
-use uarm_io::time::Clock;
 use uarm_loop::control_loop::LoopEnd;
-use uarm_loop::record::{NoRecorder, Recorder};
 use uarm_loop::run::Observer;
 use uarm_loop::settings::Settings;
 use uarm_loop::torque::DisturbanceSite;
@@ -18,83 +16,89 @@ use uarm_sim::{InProcessLink, Pacing, VirtualClock};
 use super::learned;
 use super::place::Place;
 use super::recording::{LogHandle, LoopSide};
+use super::way::{AnyClock, AnyLink};
 use crate::bought::Bought;
 use crate::console;
-use crate::dimensions::{ACTIVE, JOINTS, LoopRobot, Outcome};
+use crate::dimensions::{LoopRobot, Outcome};
 use crate::drives::{Failure, ToDrives, receive_identifiers, run_on};
 use crate::realtime::Realtime;
 use crate::robot::Robot;
 use crate::simulated_robot::{PlantChoice, SimulatedPlant, SimulatedRobot, simulated_with};
 
 /// All that a run needs on its own thread.
-pub struct LoopThread<'a> {
+pub struct LoopThread<'a, const J: usize, const N: usize> {
     /// The robot.
-    pub robot: &'a Robot,
+    pub robot: &'a Robot<J, N>,
     /// What the run does.
     pub settings: &'a Settings,
     /// Where it takes place.
     pub place: &'a Place,
     /// What is known of the simulated robot's drives.
-    pub bought: &'a Bought,
-    /// How the thread is scheduled.
-    pub realtime: Realtime,
+    pub bought: &'a Bought<J>,
+    /// How the thread is scheduled, but for virtual time.
+    pub realtime: Option<Realtime>,
     /// What the run is recorded in.
-    pub loop_side: Option<&'a mut LoopSide>,
+    pub loop_side: Option<&'a mut LoopSide<J, N>>,
     /// What lines of text are added to.
-    pub log: Option<LogHandle>,
+    pub log: Option<LogHandle<J, N>>,
     /// How others look at the run, and end it.
-    pub observer: Observer<'a, ACTIVE>,
+    pub observer: Observer<'a, N>,
     /// What is about to move, told when nothing can be wrong any more with interface, options and files.
     pub announcement: &'a [String],
 }
 
 /// How a run ended, and what came of it until then.
 #[derive(Debug)]
-pub struct Finished {
+pub struct Finished<const N: usize> {
     /// The end, or the first cause of an early one.
     pub end: Result<LoopEnd, Failure>,
     /// What came of the run.
-    pub outcome: Outcome,
+    pub outcome: Outcome<N>,
     /// How many faults came after the first, and what braking at the end met, in words.
     pub stop: String,
 }
 
-impl LoopThread<'_> {
+impl<const J: usize, const N: usize> LoopThread<'_, J, N> {
     /// Makes the run; call it on the loop's thread.
     ///
     /// # Errors
     /// If it cannot be begun.
-    pub fn run(self) -> anyhow::Result<Finished> {
-        match self.place {
-            Place::SimulatedVirtualTime(plant) => {
-                let clock = VirtualClock::default();
-                let link = self.simulated_link(*plant, clock.clone())?;
-                self.on(link, clock)
+    pub fn run(self) -> anyhow::Result<Finished<N>> {
+        let mut clock = match self.place {
+            Place::SimulatedVirtualTime(_) => AnyClock::Virtual(VirtualClock::default()),
+            Place::SimulatedRealTime(_) | Place::Interface(_) => AnyClock::Monotonic,
+        };
+        let link = match self.place {
+            Place::SimulatedVirtualTime(plant) | Place::SimulatedRealTime(plant) => {
+                AnyLink::Simulated(self.simulated_link(*plant, clock.clone())?)
             }
-            Place::SimulatedRealTime(plant) => {
-                let link = self.simulated_link(*plant, MonotonicClock)?;
-                self.realtime.examine(&Machine::this(), None, self.log.as_ref())?;
-                let _thread = self.realtime.enter(self.log.as_ref())?;
-                self.on(link, MonotonicClock)
-            }
-            Place::Interface(interface) => {
-                let link = can_link(&self.robot.description, interface)?;
+            Place::Interface(interface) => AnyLink::Can(can_link(&self.robot.description, interface)?),
+        };
+        let _thread = match (self.place, &link) {
+            (Place::SimulatedVirtualTime(_), _) => None,
+            (_, AnyLink::Simulated(_)) => self.real_time(None)?,
+            (_, AnyLink::Can(link)) => {
                 let bit_rate = Some(self.robot.description.bus.bit_rate.bits_per_second());
-                let wish = CanWish { interface: Some(link.interface()), bit_rate };
-                self.realtime.examine(&Machine::this(), Some(&wish), self.log.as_ref())?;
-                let _thread = self.realtime.enter(self.log.as_ref())?;
-                self.on(link, MonotonicClock)
+                self.real_time(Some(&CanWish { interface: Some(link.interface()), bit_rate }))?
             }
-        }
+        };
+        self.on(link, &mut clock)
+    }
+
+    /// Makes this thread a real-time one, if the machine is ready.
+    fn real_time(&self, can: Option<&CanWish>) -> anyhow::Result<Option<RealtimeThread>> {
+        let Some(realtime) = self.realtime else { return Ok(None) };
+        realtime.examine(&Machine::this(), can, self.log.as_ref())?;
+        realtime.enter(self.log.as_ref()).map(Some)
     }
 
     /// A link to a simulated robot in this process. Its plant follows `clock`; in virtual time that is one period a cycle,
     /// to the nanosecond.
-    fn simulated_link<C: Clock>(
+    fn simulated_link(
         &self,
         plant: PlantChoice,
-        clock: C,
-    ) -> anyhow::Result<InProcessLink<SimulatedRobot<SimulatedPlant>, C>> {
+        clock: AnyClock,
+    ) -> anyhow::Result<InProcessLink<SimulatedRobot<SimulatedPlant<N>, J>, AnyClock>> {
         let disturbance = match self.settings.disturbance_site {
             DisturbanceSite::Plant => self.settings.disturbance,
             DisturbanceSite::Command => Disturbance::None,
@@ -103,54 +107,21 @@ impl LoopThread<'_> {
         Ok(InProcessLink::new(simulated_with(self.robot, plant, Pacing::WallClock, self.bought)?, clock))
     }
 
-    fn on<L: Link, C: Clock>(self, link: L, clock: C) -> anyhow::Result<Finished>
-    where
-        L::Error: Send + Sync + 'static,
-    {
+    fn on(self, link: AnyLink<J, N>, clock: &mut AnyClock) -> anyhow::Result<Finished<N>> {
         let Self { robot, settings, place, bought, loop_side, observer, announcement, .. } = self;
-        let experiment = Experiment { robot, settings, announcement };
-        match loop_side {
-            Some(LoopSide { cycles, frames }) => {
-                let link = ObservedLink::new(link, |direction, frame: &_, at| frames.record(direction, frame, at));
-                experiment.finish(to_drives(place, bought, link), clock, cycles, observer)
+        let (cycles, mut frames) = match loop_side {
+            Some(LoopSide { cycles, frames }) => (Some(cycles), Some(frames)),
+            None => (None, None),
+        };
+        let link = ObservedLink::new(link, |direction, frame: &_, at| {
+            if let Some(frames) = &mut frames {
+                frames.record(direction, frame, at);
             }
-            None => experiment.finish(to_drives(place, bought, link), clock, NoRecorder, observer),
-        }
-    }
-}
-
-/// The way to the drives. What is learned of real ones is printed, and of those that stand for them.
-fn to_drives<L>(place: &Place, bought: &Bought, link: L) -> ToDrives<L> {
-    match place {
-        Place::SimulatedRealTime(_) | Place::SimulatedVirtualTime(_) if bought.is_none() => ToDrives::over(link),
-        Place::Interface(_) | Place::SimulatedRealTime(_) | Place::SimulatedVirtualTime(_) => {
-            ToDrives { learned: learned::print, ..ToDrives::over(link) }
-        }
-    }
-}
-
-/// What is run on whatever drives.
-struct Experiment<'a> {
-    robot: &'a Robot,
-    settings: &'a Settings,
-    announcement: &'a [String],
-}
-
-impl Experiment<'_> {
-    fn finish<L: Link, C: Clock>(
-        &self,
-        way: ToDrives<L>,
-        mut clock: C,
-        recorder: impl Recorder<JOINTS, ACTIVE>,
-        observer: Observer<'_, ACTIVE>,
-    ) -> anyhow::Result<Finished>
-    where
-        L::Error: Send + Sync + 'static,
-    {
-        let Self { robot, settings, announcement } = *self;
+        });
         let mut controller = robot.controller(settings.law, settings.guard)?;
         announcement.iter().for_each(console::tell);
-        let ended = run_on(&robot.description, settings, &mut controller, way, &mut clock, recorder, observer)?;
+        let way = to_drives(place, bought, link);
+        let ended = run_on(&robot.description, settings, controller.as_mut(), way, clock, cycles, observer)?;
         let stop = match ended.later_faults {
             0 => describe(&ended.stop),
             later => format!("later faults: {later}; {}", describe(&ended.stop)),
@@ -159,15 +130,25 @@ impl Experiment<'_> {
     }
 }
 
+/// The way to the drives. What is learned of real ones is printed, and of those that stand for them.
+fn to_drives<L, const J: usize>(place: &Place, bought: &Bought<J>, link: L) -> ToDrives<L> {
+    match place {
+        Place::SimulatedRealTime(_) | Place::SimulatedVirtualTime(_) if bought.is_none() => ToDrives::over(link),
+        Place::Interface(_) | Place::SimulatedRealTime(_) | Place::SimulatedVirtualTime(_) => {
+            ToDrives { learned: learned::print, ..ToDrives::over(link) }
+        }
+    }
+}
+
 /// A link to the drives of `robot` on `interface`. The kernel passes on only frames that they send, and those that only
 /// their master may send, which are another's then.
-fn can_link(robot: &LoopRobot, interface: &str) -> anyhow::Result<SocketCanLink> {
+fn can_link<const J: usize, const N: usize>(robot: &LoopRobot<J, N>, interface: &str) -> anyhow::Result<SocketCanLink> {
     let name = interface.parse().with_context(|| format!("--can {interface}"))?;
     let identifiers = receive_identifiers(robot)?;
     Ok(SocketCanLink::open(name, Reception::Exactly(&identifiers))?)
 }
 
-fn describe(stop: &StopReport<JOINTS>) -> String {
+fn describe<const J: usize>(stop: &StopReport<J>) -> String {
     if stop.drives.iter().all(|drive| drive.power_off == Confirmation::Withheld) {
         return "nothing was sent to the drives".to_owned();
     }

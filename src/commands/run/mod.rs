@@ -4,9 +4,11 @@ mod learned;
 mod loop_thread;
 mod place;
 mod recording;
+mod rehearsal;
 mod session;
 mod stability;
 mod watch;
+mod way;
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -31,12 +33,15 @@ use crate::realtime::{Realtime, RealtimeArguments};
 use crate::reference;
 use crate::report::{RunReport, print_mean};
 use crate::robot::Robot;
+use crate::robot::RobotText;
 use crate::robot::overrides::Overrides;
+use crate::robot::shape::for_shape;
 use crate::signals;
 use crate::simulated_robot::PlantChoice;
 use crate::usage::UsageError;
 use place::Place;
 use recording::Repetition;
+pub use rehearsal::rehearse;
 use session::Session;
 
 /// Arguments of `uarm run`.
@@ -123,8 +128,13 @@ pub struct Arguments {
 /// # Errors
 /// If the robot file is wrong, or an experiment cannot be begun.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
-    let robot = robot(arguments)?;
-    let place = place(arguments);
+    let text = RobotText::read(arguments.robot.as_deref())?;
+    for_shape!(text.shape()?, run_robot(arguments, &text))
+}
+
+fn run_robot<const J: usize, const N: usize>(arguments: &Arguments, text: &RobotText) -> anyhow::Result<ExitCode> {
+    let robot = robot::<J, N>(arguments, text)?;
+    let place = place(arguments, &robot);
     for line in stability::admit(&robot, arguments.controller, &place)? {
         console::tell(line);
     }
@@ -134,7 +144,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         place,
         realtime: realtime(arguments)?,
         log: arguments.log.clone().unwrap_or_default(),
-        log_limit: log_limit(arguments, &robot)?,
+        log_limit: log_limit(arguments, robot.description.period.duration())?,
         bought: Bought::read(&arguments.dictionaries, &robot.description.nodes())?,
     };
     let mut reports = Vec::new();
@@ -193,13 +203,13 @@ fn outcome(reports: &[RunReport], drives: bool) -> Exit {
     }
 }
 
-fn robot(arguments: &Arguments) -> anyhow::Result<Robot> {
+fn robot<const J: usize, const N: usize>(arguments: &Arguments, text: &RobotText) -> anyhow::Result<Robot<J, N>> {
     let overrides = Overrides {
         period: arguments.period,
         hold: arguments.hold,
         base_acceleration: arguments.base_acceleration.map(|mode| (arguments.controller, mode)),
     };
-    let mut robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
+    let mut robot = Robot::<J, N>::of_text(&text.name, &text.text, &overrides)?;
     if let Some(interface) = &arguments.can {
         let name = interface.parse().with_context(|| format!("--can {interface}"))?;
         let (referenced, lines) = reference::apply(robot, arguments.robot.as_deref(), name)?;
@@ -227,20 +237,19 @@ fn settings(arguments: &Arguments) -> Settings {
     }
 }
 
-fn place(arguments: &Arguments) -> Place {
+fn place<const J: usize, const N: usize>(arguments: &Arguments, robot: &Robot<J, N>) -> Place {
     match (&arguments.can, arguments.virtual_time) {
         (Some(interface), _) => Place::Interface(interface.clone()),
-        (None, true) => Place::SimulatedVirtualTime(arguments.plant),
-        (None, false) => Place::SimulatedRealTime(arguments.plant),
+        (None, true) => Place::SimulatedVirtualTime(arguments.plant.of(robot)),
+        (None, false) => Place::SimulatedRealTime(arguments.plant.of(robot)),
     }
 }
 
-fn log_limit(arguments: &Arguments, robot: &Robot) -> anyhow::Result<SizeLimit> {
+fn log_limit(arguments: &Arguments, period: Duration) -> anyhow::Result<SizeLimit> {
     let Some(bytes) = arguments.log_limit else { return Ok(SizeLimit::Unlimited) };
     if arguments.log == Some(LogChoice::None) {
         return Err(UsageError::new("--log-limit: expected a log, --log none writes none").into());
     }
-    let period = robot.description.period.duration();
     let least = NewestBytes::least(period);
     let limit = NewestBytes::new(bytes, period);
     let limit = limit.map(SizeLimit::Newest).ok_or_else(|| {
@@ -298,6 +307,7 @@ mod tests {
             timing_verdict: None,
             bus: BusReport { time_per_cycle_us: 695.0, load: 0.23 },
             page_faults: None,
+            first_active: 2,
             log: None,
             log_parts: None,
             records_dropped: 0,

@@ -15,14 +15,12 @@ use uarm_loop::recording::{self, FrameRecorder, FullQueue, Leftovers, LoopRecord
 use uarm_loop::settings::Settings;
 
 use super::place::Place;
-use crate::dimensions::{ACTIVE, JOINTS};
 use crate::log_files::{LogChoice, LogPartFiles, PartCount, WrittenParts};
 use crate::report::RunReport;
 use crate::robot::Robot;
 
 /// What lines of text are added to a log with.
-pub type LogHandle = recording::LogHandle<JOINTS, ACTIVE>;
-type Writer = recording::Writer<JOINTS, ACTIVE>;
+pub use recording::LogHandle;
 
 /// Which of how many repetitions a run is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,18 +46,18 @@ impl Repetition {
 
 /// The loop's side of a recording.
 #[derive(Debug)]
-pub struct LoopSide {
+pub struct LoopSide<const J: usize, const N: usize> {
     /// What the loop records its cycles into.
-    pub cycles: LoopRecorder<JOINTS, ACTIVE>,
+    pub cycles: LoopRecorder<J, N>,
     /// What its link records frames into.
     pub frames: FrameRecorder,
 }
 
 /// The recording of a run, if one was asked for.
-pub struct RunRecording {
+pub struct RunRecording<const J: usize, const N: usize> {
     log: Option<PathBuf>,
     parts: WrittenParts,
-    ends: Option<(LoopSide, Writer)>,
+    ends: Option<(LoopSide<J, N>, recording::Writer<J, N>)>,
 }
 
 /// What a recording came to.
@@ -73,7 +71,7 @@ pub struct Recorded {
     pub texts: Vec<String>,
 }
 
-impl RunRecording {
+impl<const J: usize, const N: usize> RunRecording<J, N> {
     /// Opens the log that `choice` asks for, and starts its writer.
     ///
     /// # Errors
@@ -81,7 +79,7 @@ impl RunRecording {
     pub fn start(
         choice: &LogChoice,
         limit: SizeLimit,
-        content: &LogContent<'_>,
+        content: &LogContent<'_, J, N>,
         repetition: Repetition,
     ) -> anyhow::Result<Self> {
         let parts = WrittenParts::default();
@@ -110,7 +108,7 @@ impl RunRecording {
     }
 
     /// What the loop's thread needs of it.
-    pub fn for_the_loop(&mut self) -> (Option<&mut LoopSide>, Option<LogHandle>) {
+    pub fn for_the_loop(&mut self) -> (Option<&mut LoopSide<J, N>>, Option<LogHandle<J, N>>) {
         match &mut self.ends {
             Some((loop_side, writer)) => (Some(loop_side), Some(writer.log_handle())),
             None => (None, None),
@@ -142,7 +140,7 @@ pub enum End<'a> {
 }
 
 impl End<'_> {
-    fn record(&self, leftovers: &Leftovers<JOINTS, ACTIVE>, dropped: u64) -> RunEnd {
+    fn record<const J: usize, const N: usize>(&self, leftovers: &Leftovers<J, N>, dropped: u64) -> RunEnd {
         let (text, fault, figures) = match self {
             Self::Reported(report) => (report.end.clone(), report.fault.clone(), report.figures()),
             Self::Failed(cause) => (format!("FAILED: {cause}"), Some((*cause).to_owned()), Vec::new()),
@@ -161,9 +159,9 @@ impl End<'_> {
 
 /// What a log is about.
 #[derive(Clone, Copy, Debug)]
-pub struct LogContent<'a> {
+pub struct LogContent<'a, const J: usize, const N: usize> {
     /// The robot.
-    pub robot: &'a Robot,
+    pub robot: &'a Robot<J, N>,
     /// What the run does.
     pub settings: &'a Settings,
     /// Where it takes place.
@@ -174,7 +172,7 @@ pub struct LogContent<'a> {
     pub announcement: &'a [String],
 }
 
-impl LogContent<'_> {
+impl<const J: usize, const N: usize> LogContent<'_, J, N> {
     /// Pipes and devices take all of it; files are parts of the size that `limit` asks for.
     fn sink(
         &self,
@@ -182,7 +180,7 @@ impl LogContent<'_> {
         path: &Path,
         limit: SizeLimit,
         parts: &WrittenParts,
-    ) -> anyhow::Result<Box<dyn Sink<JOINTS, ACTIVE>>> {
+    ) -> anyhow::Result<Box<dyn Sink<J, N>>> {
         let Self { robot, settings, place, machine, announcement } = self;
         let (axis, start) = match place.clock() {
             ClockKind::Virtual => (TimeAxis::simulated(), Instant::default()),

@@ -32,7 +32,7 @@ const STACK_WITH_DICTIONARIES: usize = 32 << 20;
 
 /// A series of experiments.
 #[derive(Debug)]
-pub struct Session {
+pub struct Session<const J: usize, const N: usize> {
     /// What each of them does.
     pub settings: Settings,
     /// Where they take place.
@@ -44,12 +44,12 @@ pub struct Session {
     /// How much of that is kept.
     pub log_limit: SizeLimit,
     /// What is known of the simulated robot's drives.
-    pub bought: Bought,
+    pub bought: Bought<J>,
 }
 
-impl Session {
+impl<const J: usize, const N: usize> Session<J, N> {
     /// What is about to move, and within which limits, line by line.
-    pub fn announcement(&self, robot: &Robot) -> Vec<String> {
+    pub fn announcement(&self, robot: &Robot<J, N>) -> Vec<String> {
         let (law, description) = (self.settings.law, &robot.description);
         let mut lines = vec![
             format!("{}: controller {} ({})", description.name, law.name(), law.description()),
@@ -88,7 +88,7 @@ impl Session {
     ///
     /// # Errors
     /// If it cannot be begun, or a file cannot be opened.
-    pub fn run(&self, robot: &Robot, repetition: Repetition, stop: &StopRequest) -> anyhow::Result<RunReport> {
+    pub fn run(&self, robot: &Robot<J, N>, repetition: Repetition, stop: &StopRequest) -> anyhow::Result<RunReport> {
         let announcement = self.announcement(robot);
         let content = LogContent {
             robot,
@@ -107,7 +107,7 @@ impl Session {
                 settings: &self.settings,
                 place: &self.place,
                 bought: &self.bought,
-                realtime: self.realtime,
+                realtime: Some(self.realtime),
                 loop_side,
                 log,
                 observer: Observer { progress, stop },
@@ -143,7 +143,7 @@ impl Session {
         }
     }
 
-    fn report(&self, robot: &Robot, finished: &Finished, log: Option<&Path>) -> RunReport {
+    fn report(&self, robot: &Robot<J, N>, finished: &Finished<N>, log: Option<&Path>) -> RunReport {
         let Finished { end, outcome, stop } = finished;
         let ending = match end {
             Ok(LoopEnd::Completed) => Ending::completed(),

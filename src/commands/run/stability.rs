@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use hinf_control::Law;
-use uarm_loop::stability::TransportDelay;
+use uarm_loop::dimensions;
 use uarm_loop::stability::survey::Worst;
 
 use super::place::Place;
@@ -16,7 +16,11 @@ use crate::stability::{Analysis, StabilityError};
 ///
 /// # Errors
 /// If the loop is not stable along the task, and the drives are real.
-pub fn admit(robot: &Robot, law: Law, place: &Place) -> anyhow::Result<Vec<String>> {
+pub fn admit<const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    law: Law,
+    place: &Place,
+) -> anyhow::Result<Vec<String>> {
     let drives = matches!(place, Place::Interface(_));
     let mut analysis = match Analysis::new(robot, law, None) {
         Ok(analysis) => analysis,
@@ -35,19 +39,35 @@ pub fn admit(robot: &Robot, law: Law, place: &Place) -> anyhow::Result<Vec<Strin
     Ok(Vec::new())
 }
 
-fn radius(worst: &Worst) -> String {
-    let [second, third] = [worst.configuration.x, worst.configuration.y].map(f64::to_degrees);
-    format!("spectral radius {:.4} with joints 2 and 3 at {second:.1} and {third:.1} deg", worst.radius)
+fn radius<const J: usize, const N: usize>(worst: &Worst<N>) -> String {
+    let numbers = (0..N).map(dimensions::number_of_active::<J, N>);
+    let angles = worst.configuration.iter().map(|angle| format!("{:.1}", angle.to_degrees()));
+    format!("spectral radius {:.4} with joints {} at {} deg", worst.radius, in_words(numbers), in_words(angles))
 }
 
-fn refusal(robot: &Robot, law: Law, analysis: &Analysis<'_>, task: &Worst) -> String {
-    let [second, third] = analysis.delays().map(TransportDelay::get);
+/// As in "1, 2 and 3".
+fn in_words(items: impl Iterator<Item = impl ToString>) -> String {
+    let items: Vec<_> = items.map(|item| item.to_string()).collect();
+    match items.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, others)) => format!("{} and {last}", others.join(", ")),
+        None => String::new(),
+    }
+}
+
+fn refusal<const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    law: Law,
+    analysis: &Analysis<'_, J, N>,
+    task: &Worst<N>,
+) -> String {
+    let delays = in_words(analysis.delays().iter().map(|delay| format!("{:.2}", delay.get())));
     format!(
         "the loop would swing up along the task: {}, expected below 1, with controller {}, a period of {:?}, the estimator {}, \
-         and torques that act {second:.2} and {third:.2} cycles after their counts. What helps: a shorter period, an estimator \
+         and torques that act {delays} cycles after their counts. What helps: a shorter period, an estimator \
          with less delay (robots/uarm-hardware.toml has both), drives that apply the torque on reception; `uarm stability` \
          tells how much",
-        radius(task),
+        radius::<J, N>(task),
         law.name(),
         robot.description.period.duration(),
         robot.file.estimator,

@@ -13,18 +13,20 @@ use clap::error::ErrorKind;
 use uarm_plot::output::FigureFile;
 use uarm_plot::sheet::Sheet;
 
+use uarm_log::description::RunDescription;
 use uarm_log::ordered::InOrder;
 use uarm_log::reader::ReadError;
 use uarm_log::{candump, csv};
 
 use crate::console;
-use crate::dimensions::{ACTIVE, JOINTS, OrderedLog, RunLog};
+use crate::dimensions::{OrderedLog, RunLog};
 use crate::exit::Exit;
 use crate::inspection::panels::RunPlots;
 use crate::inspection::{chart, plain_text};
 use crate::log_files;
 use crate::output_files::{Force, OutputFiles};
 use crate::robot::Robot;
+use crate::robot::shape::{Shape, for_shape};
 use summary::Summary;
 use tally::Tally;
 
@@ -106,15 +108,26 @@ impl Destination {
 /// # Errors
 /// If it is no log, or a file cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
-    let standard_output_is_taken = is_standard_output_taken(arguments);
+    is_standard_output_taken(arguments);
     let path = arguments.file.clone().map_or_else(log_files::newest, Ok)?;
     let outputs = OutputFiles::new(arguments.force, [path.as_path()]);
     outputs.check(arguments.output_files())?;
-    let mut log = OrderedLog::new(&path);
-    let robot = Robot::from_log(&path, &log.run()?.robot).context("the robot in the log")?;
+    let run = OrderedLog::<3, 2>::new(&path).run()?;
+    let shape = Shape::of(&path, &run.robot.toml).context("the robot in the log")?;
+    for_shape!(shape, show(&path, &run, arguments, &outputs))
+}
+
+fn show<const J: usize, const N: usize>(
+    path: &Path,
+    run: &RunDescription,
+    arguments: &Arguments,
+    outputs: &OutputFiles,
+) -> anyhow::Result<ExitCode> {
+    let mut log = OrderedLog::<J, N>::new(path);
+    let robot = Robot::from_log(path, &run.robot).context("the robot in the log")?;
     let (tally, told) = Tally::of(&mut log, &robot)?;
     let summary = Summary::of(&told, &tally, &robot);
-    export(arguments, &mut log, &told, &tally, &outputs)?;
+    export(arguments, &mut log, &told, &tally, outputs)?;
     let sheet = if arguments.plot || !arguments.figure.is_empty() { Some(sheet(&mut log, &told)?) } else { None };
     if let Some(sheet) = &sheet {
         for figure in &arguments.figure {
@@ -123,7 +136,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         }
     }
     let mut output = console::output();
-    if standard_output_is_taken {
+    if is_standard_output_taken(arguments) {
         for loss in &summary.report.losses {
             console::tell(format_args!("uarm: {}: {loss}", path.display()));
         }
@@ -158,11 +171,11 @@ fn is_standard_output_taken(arguments: &Arguments) -> bool {
     takers > 0
 }
 
-fn export(
+fn export<const J: usize, const N: usize>(
     arguments: &Arguments,
-    log: &mut OrderedLog,
-    told: &RunLog,
-    tally: &Tally,
+    log: &mut OrderedLog<J, N>,
+    told: &RunLog<J, N>,
+    tally: &Tally<J, N>,
     outputs: &OutputFiles,
 ) -> anyhow::Result<()> {
     if let Some(destination) = &arguments.csv {
@@ -182,8 +195,8 @@ fn export(
 }
 
 /// The plots, in a pass of their own: which part of them is marked is only known at the end of a log.
-fn sheet(log: &mut OrderedLog, told: &RunLog) -> Result<Sheet, ReadError> {
-    let take = |plots: &mut RunPlots, record: InOrder<'_, JOINTS, ACTIVE>| {
+fn sheet<const J: usize, const N: usize>(log: &mut OrderedLog<J, N>, told: &RunLog<J, N>) -> Result<Sheet, ReadError> {
+    let take = |plots: &mut RunPlots<J, N>, record: InOrder<'_, J, N>| {
         if let InOrder::Cycle(record) = record {
             plots.take(record);
         }
@@ -192,7 +205,11 @@ fn sheet(log: &mut OrderedLog, told: &RunLog) -> Result<Sheet, ReadError> {
     Ok(plots.sheet(told))
 }
 
-fn write_csv(log: &mut OrderedLog, tally: &Tally, mut output: &mut dyn Write) -> io::Result<()> {
+fn write_csv<const J: usize, const N: usize>(
+    log: &mut OrderedLog<J, N>,
+    tally: &Tally<J, N>,
+    mut output: &mut dyn Write,
+) -> io::Result<()> {
     let Some(first) = &tally.first else { return Ok(()) };
     csv::write_header(first, &tally.reporting, &mut output)?;
     write_each(log, |record| match record {
@@ -202,11 +219,11 @@ fn write_csv(log: &mut OrderedLog, tally: &Tally, mut output: &mut dyn Write) ->
 }
 
 /// Goes through a log until something cannot be written.
-fn write_each(
-    log: &mut OrderedLog,
-    mut write: impl FnMut(InOrder<'_, JOINTS, ACTIVE>) -> io::Result<()>,
+fn write_each<const J: usize, const N: usize>(
+    log: &mut OrderedLog<J, N>,
+    mut write: impl FnMut(InOrder<'_, J, N>) -> io::Result<()>,
 ) -> io::Result<()> {
-    let take = |written: &mut io::Result<()>, record: InOrder<'_, JOINTS, ACTIVE>| {
+    let take = |written: &mut io::Result<()>, record: InOrder<'_, J, N>| {
         if written.is_ok() {
             *written = write(record);
         }

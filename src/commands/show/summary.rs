@@ -113,7 +113,7 @@ pub struct Warning {
 
 impl Summary {
     /// The summary of a log of a run of `robot`, of which `tally` has what is not in `log`: cycles and frames.
-    pub fn of(log: &RunLog, tally: &Tally, robot: &Robot) -> Self {
+    pub fn of<const J: usize, const N: usize>(log: &RunLog<J, N>, tally: &Tally<J, N>, robot: &Robot<J, N>) -> Self {
         let begin = begin(log, tally);
         let report = report(log, tally, robot);
         Self {
@@ -137,12 +137,12 @@ impl Summary {
 }
 
 /// When the first cycle was due on the file's axis, or the file begins if it has no cycle.
-fn begin(log: &RunLog, tally: &Tally) -> u64 {
+fn begin<const J: usize, const N: usize>(log: &RunLog<J, N>, tally: &Tally<J, N>) -> u64 {
     let first_cycle = tally.first.as_ref().map(|record| log.run.axis.at(record.instants.scheduled));
     first_cycle.or_else(|| log.notes.first().map(|note| note.at)).unwrap_or_default()
 }
 
-fn report(log: &RunLog, tally: &Tally, robot: &Robot) -> RunReport {
+fn report<const J: usize, const N: usize>(log: &RunLog<J, N>, tally: &Tally<J, N>, robot: &Robot<J, N>) -> RunReport {
     let subject = Subject { robot, plant: &log.run.place, controller: &log.run.controller, clock: log.run.clock() };
     let mut outcome = tally.outcome.outcome();
     let missed = &mut outcome.timing.missed_deadlines;
@@ -182,7 +182,7 @@ fn reading_warnings(health: &proto::CanHealth) -> u64 {
     health.nodes.iter().map(|node| node.reading_warnings).sum()
 }
 
-fn ending(log: &RunLog) -> Ending {
+fn ending<const J: usize, const N: usize>(log: &RunLog<J, N>) -> Ending {
     let recorded = |name: &str| log.end.as_ref().and_then(|end| end.get(name)).filter(|text| !text.is_empty());
     let text = recorded("end").cloned().unwrap_or_else(|| match &log.part.next {
         Some(next) => format!("goes on in {next}"),
@@ -194,16 +194,16 @@ fn ending(log: &RunLog) -> Ending {
 }
 
 /// A figure that the run recorded at its end.
-fn number(log: &RunLog, name: &str) -> Option<u64> {
+fn number<const J: usize, const N: usize>(log: &RunLog<J, N>, name: &str) -> Option<u64> {
     log.end.as_ref()?.get(name)?.parse().ok()
 }
 
-fn records_dropped(log: &RunLog) -> u64 {
+fn records_dropped<const J: usize, const N: usize>(log: &RunLog<J, N>) -> u64 {
     let last_told = log.health.last().map(|health| health.records_dropped);
     number(log, "records_dropped").or(last_told).unwrap_or_default()
 }
 
-fn disagreements(log: &RunLog, report: &RunReport) -> Vec<Disagreement> {
+fn disagreements<const J: usize, const N: usize>(log: &RunLog<J, N>, report: &RunReport) -> Vec<Disagreement> {
     let Some(end) = &log.end else { return Vec::new() };
     let differs = |(figure, recomputed): (String, String)| {
         let recorded = end.get(&figure).filter(|recorded| **recorded != recomputed)?.clone();
@@ -212,7 +212,7 @@ fn disagreements(log: &RunLog, report: &RunReport) -> Vec<Disagreement> {
     report.figures().into_iter().filter_map(differs).collect()
 }
 
-fn contents(log: &RunLog, tally: &Tally, begin: u64) -> Contents {
+fn contents<const J: usize, const N: usize>(log: &RunLog<J, N>, tally: &Tally<J, N>, begin: u64) -> Contents {
     let end = tally.last.as_ref().map_or(begin, |record| log.run.axis.at(record.instants.done));
     Contents {
         begin: humantime::format_rfc3339_millis(UNIX_EPOCH + Duration::from_nanos(begin)).to_string(),
@@ -223,7 +223,11 @@ fn contents(log: &RunLog, tally: &Tally, begin: u64) -> Contents {
     }
 }
 
-fn flight_record(fault: &proto::Fault, tally: &Tally, begin: u64) -> FlightRecord {
+fn flight_record<const J: usize, const N: usize>(
+    fault: &proto::Fault,
+    tally: &Tally<J, N>,
+    begin: u64,
+) -> FlightRecord {
     let [cycles, frames] = tally.in_window;
     FlightRecord {
         cause: fault.cause.clone(),

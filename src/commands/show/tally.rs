@@ -8,18 +8,18 @@ use uarm_log::reader::ReadError;
 use uarm_loop::outcome::OutcomeOfCycles;
 use uarm_loop::supervisor::Authority;
 
-use crate::dimensions::{ACTIVE, CycleRecord, JOINTS, OrderedLog, RunLog};
+use crate::dimensions::{CycleRecord, OrderedLog, RunLog};
 use crate::robot::Robot;
 
 /// What was counted.
 #[derive(Debug)]
-pub struct Tally {
+pub struct Tally<const J: usize, const N: usize> {
     /// The run's figures.
-    pub outcome: OutcomeOfCycles<ACTIVE>,
+    pub outcome: OutcomeOfCycles<N>,
     /// The first cycle.
-    pub first: Option<CycleRecord>,
+    pub first: Option<CycleRecord<J, N>>,
     /// The last cycle.
-    pub last: Option<CycleRecord>,
+    pub last: Option<CycleRecord<J, N>>,
     /// The number of cycles.
     pub cycles: usize,
     /// The number of frames.
@@ -31,14 +31,14 @@ pub struct Tally {
     /// Task time of the first cycle of a stop on request, s, and how many there are.
     pub stopping: Option<(f64, usize)>,
     /// Whose drives reported torques.
-    pub reporting: Reporting<JOINTS>,
+    pub reporting: Reporting<J>,
     /// Cycles and frames in the flight recorder's window.
     pub in_window: [usize; 2],
 }
 
-impl Tally {
+impl<const J: usize, const N: usize> Tally<J, N> {
     /// Nothing so far, of a run of `robot`.
-    fn new(robot: &Robot) -> Self {
+    fn new(robot: &Robot<J, N>) -> Self {
         let description = &robot.description;
         Self {
             outcome: OutcomeOfCycles::new(description.task.motion(), description.period),
@@ -58,7 +58,7 @@ impl Tally {
     ///
     /// # Errors
     /// [`ReadError`].
-    pub fn of(log: &mut OrderedLog, robot: &Robot) -> Result<(Self, RunLog), ReadError> {
+    pub fn of(log: &mut OrderedLog<J, N>, robot: &Robot<J, N>) -> Result<(Self, RunLog<J, N>), ReadError> {
         let (mut tally, told) = log.pass(|| Self::new(robot), Self::take)?;
         if let Some(fault) = &told.fault {
             tally.in_window = in_window(log, &told.run, fault)?;
@@ -66,7 +66,7 @@ impl Tally {
         Ok((tally, told))
     }
 
-    fn take(&mut self, record: InOrder<'_, JOINTS, ACTIVE>) {
+    fn take(&mut self, record: InOrder<'_, J, N>) {
         match record {
             InOrder::Cycle(record) => self.cycle(record),
             InOrder::Frame(_) => self.frames += 1,
@@ -74,7 +74,7 @@ impl Tally {
         }
     }
 
-    fn cycle(&mut self, record: &CycleRecord) {
+    fn cycle(&mut self, record: &CycleRecord<J, N>) {
         self.has_gaps |= self.last.as_ref().is_some_and(|last| uarm_log::reader::is_gap(last, record));
         self.outcome.record(record);
         self.reporting.look_at(record);
@@ -88,9 +88,13 @@ impl Tally {
 }
 
 /// Cycles and frames in the flight recorder's window, which is only known at the end of a log.
-fn in_window(log: &mut OrderedLog, run: &RunDescription, fault: &proto::Fault) -> Result<[usize; 2], ReadError> {
+fn in_window<const J: usize, const N: usize>(
+    log: &mut OrderedLog<J, N>,
+    run: &RunDescription,
+    fault: &proto::Fault,
+) -> Result<[usize; 2], ReadError> {
     let window = fault.window_start_ns..=fault.at_ns;
-    let count = |[cycles, frames]: &mut [usize; 2], record: InOrder<'_, JOINTS, ACTIVE>| match record {
+    let count = |[cycles, frames]: &mut [usize; 2], record: InOrder<'_, J, N>| match record {
         InOrder::Cycle(record) => *cycles += usize::from(window.contains(&run.axis.at(record.instants.done))),
         InOrder::Frame(frame) => *frames += usize::from(window.contains(&run.axis.at(frame.at))),
         InOrder::Keyframe(_) => {}

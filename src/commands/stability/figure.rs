@@ -55,7 +55,7 @@ impl RobotCurves {
     pub fn of(robot: &Robot, mut analysis: Analysis<'_>, done: impl Fn()) -> Result<Self, DelayError> {
         let at = |step: u32| {
             let delay = TransportDelay::cycles(LAST_DELAY * f64::from(step) / f64::from(STEPS))?;
-            let radii = Radii::of(&mut analysis.with_delay(delay));
+            let radii = analysis.with_delay(delay, Radii::of);
             done();
             Ok(radii)
         };

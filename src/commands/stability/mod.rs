@@ -164,7 +164,7 @@ fn report(robot: &Robot, arguments: &Arguments) -> anyhow::Result<Report> {
     let mut analysis = Analysis::new(robot, arguments.controller, arguments.delay)?;
     let by_delay = TABLE.map(|cycles| {
         let delay = TransportDelay::cycles(cycles)?;
-        let spectral_radius = analysis.with_delay(delay).along_the_task().radius;
+        let spectral_radius = analysis.with_delay(delay, |other| other.along_the_task().radius);
         Ok(Row { delay_cycles: cycles, spectral_radius })
     });
     Ok(Report {

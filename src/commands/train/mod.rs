@@ -96,7 +96,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         epochs: arguments.epochs as usize,
         step: arguments.step,
         patience: arguments.patience,
-        firing: robot.file.controllers.fuzzy.firing,
+        firing: robot.controllers.fuzzy.firing,
     };
     let bar = progress_bar(arguments.epochs);
     let learned = learn(&data, checking.as_ref(), &settings, |epoch| {
@@ -105,7 +105,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         ControlFlow::Continue(())
     })?;
     bar.finish_and_clear();
-    let trained = TrainedSets { firing: robot.file.controllers.fuzzy.firing, sets: learned.sets };
+    let trained = TrainedSets { firing: robot.controllers.fuzzy.firing, sets: learned.sets };
     let text = trained.to_text(&comment(arguments, &robot, &learned));
     let figures = match &arguments.figures {
         Some(directory) => write(&figures(&learned), directory, arguments.format, &outputs).context("--figures")?,

@@ -140,7 +140,7 @@ fn from_log<V, E: From<PointsError>>(
     start: impl Fn() -> V,
     mut take: impl FnMut(&mut V, &Point) -> Result<(), E>,
 ) -> Result<V, E> {
-    let mut log = OrderedLog::new(file);
+    let mut log = OrderedLog::<3, 2>::new(file);
     let each = |(cycles, value): &mut (u64, Result<V, E>), record: InOrder<'_, JOINTS, ACTIVE>| {
         let InOrder::Cycle(record) = record else { return };
         *cycles += 1;

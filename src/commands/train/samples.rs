@@ -97,10 +97,10 @@ pub fn samples(runs: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, Sam
 }
 
 fn samples_up_to(most: usize, runs: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
-    if robot.file.controllers.state_weights(law).is_none() {
+    if robot.controllers.state_weights(law).is_none() {
         return Err(SampleError::Law { law });
     }
-    let synthesis = Synthesis::new(&robot.file.controllers.weights(law))
+    let synthesis = Synthesis::new(&robot.controllers.weights(law))
         .map_err(|source| SampleError::Weights { law: law.name(), source })?;
     let mut samples: Vec<Sample> = Vec::new();
     for file in runs {

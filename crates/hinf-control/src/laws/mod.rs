@@ -1,7 +1,12 @@
 //! One file per control law, each opening with its equations, and the one list of them.
 
 mod register;
+#[cfg(feature = "serde")]
+mod sections;
 mod state;
+
+#[cfg(feature = "serde")]
+use sections::{MissingSection, of_the_paper};
 
 register::laws! {
     Nonlinear => nonlinear,

@@ -58,10 +58,11 @@ macro_rules! laws {
         /// Everything that can be chosen about the laws besides the model: what they share, and a section for each.
         ///
         /// The [`Default`] is the paper's experiment, Table 3 read as blocks, and so there is one for two joints only. For another
-        /// arm take [`ControllerSettings::derived`]. A section that a file lacks is the paper's.
+        /// arm take [`ControllerSettings::derived`]. A section that a file lacks is the paper's; for another number of joints it is
+        /// refused.
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
-        #[cfg_attr(feature = "serde", serde(bound(deserialize = "PaperArm: PaperWeights<N>")))]
+        #[cfg_attr(feature = "serde", serde(try_from = "WrittenSettings<N>"))]
         pub struct ControllerSettings<const N: usize = 2> {
             /// γ, positive.
             #[cfg_attr(feature = "serde", serde(rename = "attenuation_level"))]
@@ -72,9 +73,38 @@ macro_rules! laws {
             pub r: SymmetricWeight<N>,
             $(
                 #[doc = concat!("Settings of [`laws::", stringify!($module), "`](crate::laws::", stringify!($module), ").")]
-                #[cfg_attr(feature = "serde", serde(default))]
                 pub $module: $module::Settings<N>,
             )*
+        }
+
+        /// The same as it is written: sections may be missing.
+        #[cfg(feature = "serde")]
+        #[derive(serde::Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        struct WrittenSettings<const N: usize> {
+            #[serde(rename = "attenuation_level")]
+            attenuation_level: f64,
+            reading: WeightReading,
+            r: SymmetricWeight<N>,
+            $($module: Option<$module::Settings<N>>,)*
+        }
+
+        #[cfg(feature = "serde")]
+        impl<const N: usize> TryFrom<WrittenSettings<N>> for ControllerSettings<N> {
+            type Error = MissingSection;
+
+            fn try_from(written: WrittenSettings<N>) -> Result<Self, MissingSection> {
+                Ok(Self {
+                    attenuation_level: written.attenuation_level,
+                    reading: written.reading,
+                    r: written.r,
+                    $($module: match written.$module {
+                        Some(settings) => settings,
+                        None => of_the_paper::<$module::Settings<2>, $module::Settings<N>>()
+                            .ok_or(MissingSection { law: Law::$variant.name(), joints: N })?,
+                    },)*
+                })
+            }
         }
 
         impl<const N: usize> Default for ControllerSettings<N>

@@ -1,9 +1,10 @@
 //! A link whose other end is an emulated robot in the same process.
 
 use crate::drive::DriveFault;
+use crate::joint::Joint;
 use crate::outbox::Outbox;
 use crate::plant::Plant;
-use crate::robot::{EmulatedRobot, Joint};
+use crate::robot::EmulatedRobot;
 use crate::robot_on_bus::RobotOnBus;
 use uarm_io::frame::Frame;
 use uarm_io::link::{Link, LinkError, LinkErrorKind, Received};
@@ -70,14 +71,14 @@ impl<R: RobotOnBus, C: Clock> InProcessLink<R, C> {
     }
 }
 
-impl<P: Plant + Clone, C: Clock> InProcessLink<EmulatedRobot<P>, C> {
+impl<P: Plant<J> + Clone, C: Clock, const J: usize> InProcessLink<EmulatedRobot<P, J>, C> {
     /// Brings a fault of a joint's drive about.
-    pub fn inject(&mut self, joint: Joint, fault: DriveFault) {
+    pub fn inject(&mut self, joint: Joint<J>, fault: DriveFault) {
         self.robot.inject(joint, fault);
     }
 
     /// Takes the injected faults of a joint's drive away.
-    pub fn repair(&mut self, joint: Joint) {
+    pub fn repair(&mut self, joint: Joint<J>) {
         self.robot.repair(joint, self.clock.now(), &mut self.outbox);
     }
 }

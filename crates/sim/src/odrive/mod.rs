@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `parameters` | what an axis is made of |
 //! | `axis` | one axis, without I/O: state, errors, watchdog, cyclic messages |
-//! | `robot` | [`EmulatedOdrives`]: three axes on a plant, and the rule by which plant time passes |
+//! | `robot` | [`EmulatedOdrives`]: the axes on a plant, and the rule by which plant time passes |
 //!
 //! Modelled after the maker's documentation of CANSimple for firmware 0.6. Not in it: calibration, input modes other than
 //! torque passed through, limits other than that of the torque, the time that an axis takes to answer, messages other than

@@ -2,11 +2,12 @@
 
 use super::axis::{AxisFault, EmulatedAxis};
 use super::parameters::AxisParameters;
+use crate::joint::Joint;
 use crate::outbox::Outbox;
 use crate::plant::{Brake, Plant};
-use crate::robot::{Joint, Pacing};
+use crate::robot::{Pacing, twice};
 use crate::robot_on_bus::RobotOnBus;
-use nalgebra::Vector3;
+use nalgebra::SVector;
 use uarm_io::drive::odrive::wire::{AxisNode, Message};
 use uarm_io::frame::Frame;
 use uarm_io::time::Instant;
@@ -25,42 +26,39 @@ pub enum OdriveRobotError {
     LockstepWithoutRequests,
 }
 
-/// Three emulated axes on a plant, without I/O: frames and instants in, frames out.
+/// Emulated axes on the `J` joints of a plant, without I/O: frames and instants in, frames out.
 ///
 /// Plant time begins with the first request of joint 1's position with all axes armed, or with the first torque other than
-/// zero then; before that nothing moves. In lockstep each further such request moves the plant by one period. Once all three
+/// zero then; before that nothing moves. In lockstep each further such request moves the plant by one period. Once all
 /// axes were told to clear their errors while idle, the plant is back in its initial state: someone has carried the robot
 /// to where the next experiment starts.
 #[derive(Debug)]
-pub struct EmulatedOdrives<P> {
+pub struct EmulatedOdrives<P, const J: usize = 3> {
     plant: P,
     initial: P,
-    axes: [EmulatedAxis; 3],
+    axes: [EmulatedAxis; J],
     pacing: Pacing,
     started: Option<Instant>,
     /// Which axes were cleared since plant time began.
-    cleared: [bool; 3],
+    cleared: [bool; J],
     /// The latest instant seen: an injected fault has none of its own.
     now: Instant,
 }
 
-impl<P: Plant + Clone> EmulatedOdrives<P> {
+impl<P: Plant<J> + Clone, const J: usize> EmulatedOdrives<P, J> {
     /// Axes without supply on a plant; [`RobotOnBus::power_on`] starts them.
     ///
     /// # Errors
     /// [`OdriveRobotError`] if two axes share a node id, or nothing would pace the lockstep.
-    pub fn new(plant: P, axes: [AxisParameters; 3], pacing: Pacing) -> Result<Self, OdriveRobotError> {
-        let [first, second, third] = axes.map(|axis| axis.node());
-        for (one, other) in [(first, second), (first, third), (second, third)] {
-            if one == other {
-                return Err(OdriveRobotError::NodeTwice { node: one });
-            }
+    pub fn new(plant: P, axes: [AxisParameters; J], pacing: Pacing) -> Result<Self, OdriveRobotError> {
+        if let Some(node) = twice(&axes.map(|axis| axis.node())) {
+            return Err(OdriveRobotError::NodeTwice { node });
         }
         if matches!(pacing, Pacing::Lockstep { .. }) && axes.iter().any(|axis| axis.encoder_period.is_some()) {
             return Err(OdriveRobotError::LockstepWithoutRequests);
         }
         let axes = axes.map(EmulatedAxis::new);
-        let (started, cleared, now) = (None, [false; 3], Instant::default());
+        let (started, cleared, now) = (None, [false; J], Instant::default());
         Ok(Self { initial: plant.clone(), plant, axes, pacing, started, cleared, now })
     }
 
@@ -70,42 +68,28 @@ impl<P: Plant + Clone> EmulatedOdrives<P> {
     }
 
     /// The axis of a joint.
-    pub const fn axis(&self, joint: Joint) -> &EmulatedAxis {
-        let [one, two, three] = &self.axes;
-        match joint {
-            Joint::One => one,
-            Joint::Two => two,
-            Joint::Three => three,
-        }
-    }
-
-    const fn axis_mut(&mut self, joint: Joint) -> &mut EmulatedAxis {
-        let [one, two, three] = &mut self.axes;
-        match joint {
-            Joint::One => one,
-            Joint::Two => two,
-            Joint::Three => three,
-        }
+    pub const fn axis(&self, joint: Joint<J>) -> &EmulatedAxis {
+        joint.of(&self.axes)
     }
 
     /// Brings a fault of a joint's axis about.
-    pub fn inject(&mut self, joint: Joint, fault: AxisFault) {
+    pub fn inject(&mut self, joint: Joint<J>, fault: AxisFault) {
         let now = self.now;
-        self.act(now, |robot| robot.axis_mut(joint).inject(fault));
+        self.act(now, |robot| joint.of_mut(&mut robot.axes).inject(fault));
     }
 
     /// Takes the injected faults of a joint's axis away.
-    pub fn repair(&mut self, joint: Joint) {
-        self.axis_mut(joint).repair();
+    pub fn repair(&mut self, joint: Joint<J>) {
+        joint.of_mut(&mut self.axes).repair();
     }
 
     /// Torques at the motors, N·m.
-    pub fn torque(&self) -> Vector3<f64> {
-        Vector3::from(self.axes.each_ref().map(EmulatedAxis::torque))
+    pub fn torque(&self) -> SVector<f64, J> {
+        SVector::from(self.axes.each_ref().map(EmulatedAxis::torque))
     }
 
     /// What the brakes do.
-    pub fn brakes(&self) -> [Brake; 3] {
+    pub fn brakes(&self) -> [Brake; J] {
         self.axes.each_ref().map(EmulatedAxis::brake)
     }
 
@@ -129,7 +113,7 @@ impl<P: Plant + Clone> EmulatedOdrives<P> {
         self.catch_up_with(now, &torque, brakes);
     }
 
-    fn catch_up_with(&mut self, now: Instant, torque: &Vector3<f64>, brakes: [Brake; 3]) {
+    fn catch_up_with(&mut self, now: Instant, torque: &SVector<f64, J>, brakes: [Brake; J]) {
         if let (Some(start), Pacing::WallClock) = (self.started, self.pacing) {
             self.plant.advance(now.since(start), torque, brakes);
         }
@@ -162,21 +146,21 @@ impl<P: Plant + Clone> EmulatedOdrives<P> {
                 cleared = axis.on_message(message, data, now);
             }
         });
-        if self.started.is_none() && self.all_armed() && self.torque() != Vector3::zeros() {
+        if self.started.is_none() && self.all_armed() && self.torque() != SVector::<f64, J>::zeros() {
             self.started = Some(now);
         }
         if let Some(flag) = self.cleared.get_mut(index) {
             *flag |= cleared;
         }
         if self.cleared.iter().all(|cleared| *cleared) {
-            self.cleared = [false; 3];
+            self.cleared = [false; J];
             self.started = None;
             self.plant = self.initial.clone();
         }
     }
 }
 
-impl<P: Plant + Clone> RobotOnBus for EmulatedOdrives<P> {
+impl<P: Plant<J> + Clone, const J: usize> RobotOnBus for EmulatedOdrives<P, J> {
     fn power_on(&mut self, now: Instant, outbox: &mut Outbox) {
         self.now = self.now.max(now);
         for axis in &mut self.axes {

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use uarm_log::cycle::CycleMessages;
 use uarm_log::description::{
-    ClockKind, JointDescription, LogHeader, MachineDescription, ROBOT, RUN, RobotDescription, RunDescription,
+    ClockKind, JointDescription, LinkDescription, LogHeader, MachineDescription, ROBOT, RUN, RobotDescription,
+    RunDescription,
 };
 use uarm_log::reader::RunLog;
 use uarm_log::time_axis::TimeAxis;
@@ -26,9 +27,12 @@ fn description(place: &str, axis: TimeAxis) -> RunDescription {
     RunDescription::new(&settings, place, axis, described.period, robot)
 }
 
-fn writer(output: &mut Vec<u8>) -> LogWriter<&mut Vec<u8>, 3> {
-    let joints =
-        [1, 2, 3].map(|node| JointDescription { name: format!("joint {node}"), node, link_length: f64::from(node) });
+fn writer(output: &mut Vec<u8>) -> LogWriter<&mut Vec<u8>, 3, 2> {
+    let joints = [1, 2, 3].map(|node| JointDescription {
+        name: format!("joint {node}"),
+        node,
+        link: LinkDescription::along_x(f64::from(node) - 1.0, f64::from(node)),
+    });
     let header = LogHeader {
         name: "test.mcap",
         run: &description("simulated robot", TimeAxis::simulated()),
@@ -41,7 +45,7 @@ fn writer(output: &mut Vec<u8>) -> LogWriter<&mut Vec<u8>, 3> {
     LogWriter::new(output, &header).unwrap()
 }
 
-fn take(writer: &mut LogWriter<&mut Vec<u8>, 3>, entry: Entry<'_, 3, 2>) {
+fn take(writer: &mut LogWriter<&mut Vec<u8>, 3, 2>, entry: Entry<'_, 3, 2>) {
     Sink::<3, 2>::take(writer, entry).unwrap();
 }
 

@@ -4,7 +4,9 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use uarm_log::description::{JointDescription, LogHeader, MachineDescription, RobotDescription, RunDescription};
+use uarm_log::description::{
+    JointDescription, LinkDescription, LogHeader, MachineDescription, RobotDescription, RunDescription,
+};
 use uarm_log::parts::{LogParts, NewestBytes, PartStore, SizeLimit};
 use uarm_log::reader::{Part, RunLog};
 use uarm_log::time_axis::TimeAxis;
@@ -104,7 +106,11 @@ fn cycles() -> impl Iterator<Item = CycleRecord<3, 2>> {
 fn record(limit: SizeLimit) -> Disk {
     let Run { robot, settings, keyframes, .. } = run(0);
     let described = RobotDescription { name: "test".to_owned(), toml: String::new(), fuzzy_sets: None };
-    let joints = [1, 2, 3].map(|node| JointDescription { name: format!("joint {node}"), node, link_length: 1.0 });
+    let joints = [1, 2, 3].map(|node| JointDescription {
+        name: format!("joint {node}"),
+        node,
+        link: LinkDescription::along_x(1.0, 1.0),
+    });
     let header = LogHeader {
         name: "part1",
         run: &RunDescription::new(&settings, "simulated robot", TimeAxis::simulated(), robot.period, described),

@@ -6,7 +6,7 @@ use uarm_io::estimator::{AnyEstimator, AnyMethod, Estimate, EstimationMethod};
 use crate::period::Period;
 
 /// ê_k = A ê_{k−1} + b q_k for the estimate ê = [angle, velocity, acceleration] and the measured angle q, at one period.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinearEstimator {
     /// A.
     pub transition: Matrix3<f64>,

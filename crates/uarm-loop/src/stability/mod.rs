@@ -5,7 +5,7 @@
 //! delays, and a loop with too much delay swings up. Around rest in a fixed configuration q everything in it is linear:
 //!
 //! - the arm on its floating base without momentum, M̄(q) q̈_m = τ, q̇_b = −A(q) q̇_m, held torque: exact over a period;
-//! - the estimators of the three joints, which are linear difference equations ([`LinearEstimator`]);
+//! - the estimators of the joints, which are linear difference equations ([`LinearEstimator`]);
 //! - the law, τ = −K_p q̃ − K_d q̃̇ − k_v q̇_b − k_a q̈_b ([`Feedback`]);
 //! - the delay from the latch of the counts to the torque, whole cycles and fractions of one ([`TransportDelay`]).
 //!
@@ -26,7 +26,7 @@ pub mod survey;
 pub use delay::{DelayError, TransportDelay};
 pub use estimator::{LinearEstimator, NotLinear};
 pub use feedback::Feedback;
-pub use sampled_loop::{STATES, SampledLoop};
+pub use sampled_loop::{RestModel, SampledLoop};
 pub use spectrum::spectral_radius;
 
 #[cfg(test)]

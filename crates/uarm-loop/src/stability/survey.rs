@@ -1,7 +1,7 @@
 //! Where in its workspace a loop is how stable.
 
 use hinf_control::{Controller, QuinticReference};
-use nalgebra::Vector2;
+use nalgebra::SVector;
 
 use super::sampled_loop::SampledLoop;
 
@@ -12,14 +12,14 @@ const TASK_STEPS: u32 = 20;
 
 /// A configuration and the spectral radius there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Worst {
+pub struct Worst<const N: usize = 2> {
     /// The spectral radius of the frozen loop.
     pub radius: f64,
-    /// [q2, q3], rad.
-    pub configuration: Vector2<f64>,
+    /// The angles of the active joints, rad.
+    pub configuration: SVector<f64, N>,
 }
 
-impl Worst {
+impl<const N: usize> Worst<N> {
     /// Whether the loop is unstable, or no number.
     pub fn is_unstable(&self) -> bool {
         self.radius >= 1.0 || self.radius.is_nan()
@@ -27,36 +27,91 @@ impl Worst {
 }
 
 /// The worst of `configurations`; `None` if there are none.
-pub fn worst(
-    sampled: &SampledLoop,
-    law: &mut dyn Controller<f64>,
-    configurations: impl IntoIterator<Item = Vector2<f64>>,
-) -> Option<Worst> {
+pub fn worst<const J: usize, const N: usize>(
+    sampled: &SampledLoop<J, N>,
+    law: &mut dyn Controller<f64, N>,
+    configurations: impl IntoIterator<Item = SVector<f64, N>>,
+) -> Option<Worst<N>> {
     let at = |configuration| Worst { radius: sampled.spectral_radius(law, &configuration), configuration };
     // NaN is the largest in the total order.
     configurations.into_iter().map(at).max_by(|one, other| one.radius.total_cmp(&other.radius))
 }
 
 /// The configurations that a task visits from wherever within `tolerance`, rad, of its reference: the reference in steps of
-/// equal time, and the corners of the square around each.
-pub fn task(reference: QuinticReference<f64, 2>, tolerance: f64) -> impl Iterator<Item = Vector2<f64>> {
+/// equal time, and the corners of the square, cube, … around each; for more than [`MOST_CORNERED`] joints, of which there are too
+/// many, the middles of its faces.
+pub fn task<const N: usize>(
+    reference: QuinticReference<f64, N>,
+    tolerance: f64,
+) -> impl Iterator<Item = SVector<f64, N>> {
+    let around = around::<N>();
     (0..=TASK_STEPS).flat_map(move |step| {
         let position = reference.at(reference.duration() * f64::from(step) / f64::from(TASK_STEPS)).position;
-        [(0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
-            .map(|(second, third)| position + Vector2::new(second, third) * tolerance)
+        around.clone().into_iter().map(move |direction| position + direction * tolerance)
     })
 }
 
-/// The grid of the workspace within `limits`, least and most angle of each driven joint, rad. A joint that may turn further
-/// than once is looked at over one turn.
-pub fn workspace(limits: [[f64; 2]; 2]) -> impl Iterator<Item = Vector2<f64>> {
-    let [second, third] = limits.map(grid);
-    second.into_iter().flat_map(move |second| third.clone().into_iter().map(move |third| Vector2::new(second, third)))
+/// Up to this many joints the corners around a configuration are looked at.
+pub const MOST_CORNERED: usize = 3;
+
+/// Zero, and where else a configuration is looked at within its tolerance, in units of that.
+fn around<const N: usize>() -> Vec<SVector<f64, N>> {
+    let mut around = vec![SVector::zeros()];
+    if N <= MOST_CORNERED {
+        let sign = |corner: usize, joint: usize| if corner >> joint & 1 == 0 { 1.0 } else { -1.0 };
+        around.extend((0..1 << N).map(|corner| SVector::from_fn(|joint, _| sign(corner, joint))));
+    } else {
+        let face = |joint: usize, sign: f64| SVector::from_fn(|row, _| if row == joint { sign } else { 0.0 });
+        around.extend((0..N).flat_map(|joint| [face(joint, 1.0), face(joint, -1.0)]));
+    }
+    around
 }
 
-fn grid([least, most]: [f64; 2]) -> Vec<f64> {
+/// The grid of the workspace within `limits`, least and most angle of each active joint, rad, in steps of [`GRID_DEGREES`] for two
+/// joints; of more joints, so coarse that no more configurations are looked at than [`MOST_CONFIGURATIONS`], the limits among them.
+/// A joint that may turn further than once is looked at over one turn.
+pub fn workspace<const N: usize>(limits: [[f64; 2]; N]) -> impl Iterator<Item = SVector<f64, N>> {
+    let grids = if N <= 2 { limits.map(grid) } else { limits.map(|limits| coarse(limits, points_of_each::<N>())) };
+    let count = grids.iter().map(Vec::len).product();
+    (0..count).map(move |index: usize| {
+        let mut rest = index;
+        // The last joint runs fastest.
+        let mut configuration = SVector::<f64, N>::zeros();
+        for (angle, grid) in configuration.iter_mut().zip(&grids).rev() {
+            *angle = grid.get(rest % grid.len()).copied().unwrap_or_default();
+            rest /= grid.len();
+        }
+        configuration
+    })
+}
+
+/// The most configurations of the workspace of an arm of more than two joints.
+pub const MOST_CONFIGURATIONS: usize = 2_500;
+
+/// How many angles of each of `N` joints make no more configurations than [`MOST_CONFIGURATIONS`]; two at least.
+fn points_of_each<const N: usize>() -> u32 {
+    let fits = |points: &u32| {
+        (0..N)
+            .try_fold(1_usize, |product, _| product.checked_mul(usize::try_from(*points).ok()?))
+            .is_some_and(|product| product <= MOST_CONFIGURATIONS)
+    };
+    (2..).take_while(fits).last().unwrap_or(2)
+}
+
+/// One turn of a joint that may turn further.
+fn one_turn([least, most]: [f64; 2]) -> [f64; 2] {
     let half_turn = core::f64::consts::PI;
-    let (least, most) = if most - least >= 2.0 * half_turn { (-half_turn, half_turn) } else { (least, most) };
+    if most - least >= 2.0 * half_turn { [-half_turn, half_turn] } else { [least, most] }
+}
+
+/// So many angles at equal distances, both limits among them.
+fn coarse(limits: [f64; 2], points: u32) -> Vec<f64> {
+    let [least, most] = one_turn(limits);
+    (0..points).map(|point| least + (most - least) * f64::from(point) / f64::from(points - 1)).collect()
+}
+
+fn grid(limits: [f64; 2]) -> Vec<f64> {
+    let [least, most] = one_turn(limits);
     let step = GRID_DEGREES.to_radians();
     let mut angles = vec![least];
     let mut multiple = (least / step).floor() + 1.0;
@@ -88,12 +143,30 @@ mod tests {
     }
 
     #[test]
+    fn the_grid_of_many_joints_is_coarse_and_has_the_corners() {
+        let limits = [[-1.0, 1.0], [0.0, 2.0], [-9.0, 9.0]];
+        let configurations: Vec<_> = workspace(limits).collect();
+        assert_eq!(configurations.len(), 13 * 13 * 13, "14 cubed are more than 2500");
+        let half_turn = core::f64::consts::PI;
+        assert_eq!(configurations.first(), Some(&SVector::from([-1.0, 0.0, -half_turn])));
+        assert_eq!(configurations.last(), Some(&SVector::from([1.0, 2.0, half_turn])));
+        assert_eq!(workspace([[-1.0, 1.0]; 7]).count(), 3_usize.pow(7));
+    }
+
+    #[test]
+    fn a_configuration_is_looked_at_in_its_corners_or_in_the_middles_of_its_faces() {
+        assert_eq!(around::<3>().len(), 1 + 8);
+        assert_eq!(around::<7>().len(), 1 + 14);
+        assert!(around::<7>().iter().skip(1).all(|direction| direction.norm() == 1.0));
+    }
+
+    #[test]
     fn a_task_is_looked_at_from_start_to_end_with_its_tolerance() {
         let reference = QuinticReference::paper();
         let configurations: Vec<_> = task(reference, 0.1).collect();
         assert_eq!(configurations.len(), 5 * 21);
         assert_eq!(configurations.first(), Some(reference.start()));
-        let corner = reference.end() - Vector2::repeat(0.1);
+        let corner = reference.end() - SVector::<f64, 2>::repeat(0.1);
         assert!((configurations.last().unwrap() - corner).norm() < 1e-12);
     }
 }

@@ -1,7 +1,8 @@
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use hinf_control::dem_model::{ReducedDynamics, ThreeLinkDem};
-use hinf_control::nalgebra::{ComplexField, SVector, Schur, Vector2, Vector3, Vector4};
+use hinf_control::nalgebra::{ComplexField, DVector, Schur, Vector2, Vector3, Vector4};
 use hinf_control::{
     AnyController, BaseAcceleration, BaseMeasurement, BuildContext, Controller, ControllerSettings, Law, Measurement,
     QuinticReference, Reference,
@@ -44,7 +45,7 @@ fn period(microseconds: u64) -> Period {
 fn sampled(microseconds: u64, estimator: EstimatorConfiguration, cycles: f64) -> SampledLoop {
     let estimator = estimator.build().unwrap();
     let delays = [TransportDelay::cycles(cycles).unwrap(); 2];
-    SampledLoop::new(ThreeLinkDem::table_2(), [&estimator; 3], period(microseconds), delays).unwrap()
+    SampledLoop::new(Arc::new(ThreeLinkDem::table_2()), [&estimator; 3], period(microseconds), delays).unwrap()
 }
 
 /// The worst of the workspace within ±170°, the limits of the paper's robot file.
@@ -156,7 +157,7 @@ fn the_matrix_moves_as_the_loop_itself_does() {
                 let sampled = sampled(3_000, estimator, f64::from(cycles));
                 let matrix = sampled.transition(&Feedback::of(&mut law, &at), &at);
                 let mut simulation = Simulation::new(&mut law, estimator, at, cycles);
-                let mut state = SVector::<f64, STATES>::zeros();
+                let mut state = DVector::<f64>::zeros(SampledLoop::<3, 2>::STATES);
                 state.fixed_rows_mut::<2>(0).copy_from(&simulation.angle);
                 for cycle in 0..50 {
                     // What grows fast is compared while it is small, and the law linear.
@@ -164,7 +165,7 @@ fn the_matrix_moves_as_the_loop_itself_does() {
                         break;
                     }
                     simulation.step();
-                    state = matrix * state;
+                    state = &matrix * state;
                     let expected =
                         [simulation.angle.x, simulation.angle.y, simulation.velocity.x, simulation.velocity.y];
                     let difference = (state.fixed_rows::<4>(0) - Vector4::from(expected)).norm();

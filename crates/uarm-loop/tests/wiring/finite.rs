@@ -45,22 +45,25 @@ fn every_number_of_an_estimate_is_looked_at() {
 
 #[test]
 fn every_number_of_a_command_is_looked_at() {
-    assert_eq!(check_command(&command(), &[1.0, -1.0, 0.0]), Ok(()));
+    assert_eq!(check_command::<3, 2>(&command(), &[1.0, -1.0, 0.0]), Ok(()));
     for bad in BAD {
         for index in 0..2 {
             let mut torque = command();
             torque.torque[index] = bad;
-            assert_eq!(joint_of(check_command(&torque, &[])), (index + 2, JointSignal::Torque, bad.to_bits()));
+            assert_eq!(joint_of(check_command::<3, 2>(&torque, &[])), (index + 2, JointSignal::Torque, bad.to_bits()));
             let mut input = command();
             input.control_input[index] = bad;
-            assert_eq!(joint_of(check_command(&input, &[])), (index + 2, JointSignal::ControlInput, bad.to_bits()));
+            assert_eq!(
+                joint_of(check_command::<3, 2>(&input, &[])),
+                (index + 2, JointSignal::ControlInput, bad.to_bits())
+            );
         }
-        let refused = check_command(&command(), &[1.0, bad, f64::NAN]);
+        let refused = check_command::<3, 2>(&command(), &[1.0, bad, f64::NAN]);
         assert!(matches!(refused, Err(NotFinite::Parameter { number: 2, found }) if found.to_bits() == bad.to_bits()));
     }
     let mut fallback = command();
     fallback.adaptation.not_finite = true;
-    assert_eq!(check_command(&fallback, &[f64::NAN]), Err(NotFinite::Law));
+    assert_eq!(check_command::<3, 2>(&fallback, &[f64::NAN]), Err(NotFinite::Law));
 }
 
 #[test]

@@ -86,7 +86,7 @@ mod tests {
         let stop = StopRequest::default();
         let mut turning = Turning::default();
         turning.note(still.last());
-        link.inject(Joint::Two, DriveFault::EncoderJump { counts: -500 });
+        link.inject(Joint::TWO, DriveFault::EncoderJump { counts: -500 });
         let moved = watch(&mut link, &clock, node(), None, &stop, |_| stop.make()).unwrap();
         turning.note(moved.last());
         assert_eq!(turning.direction(), Some(Direction::Negative));

@@ -159,8 +159,8 @@ mod tests {
         let marker = |link: &mut _| show(link, &clock, node(&robot, 1), encoder).unwrap().marker;
         assert_eq!(marker(&mut link), Some(Value::Unsigned32(77)));
         // What the marker is for.
-        link.inject(Joint::Two, DriveFault::PowerLost);
-        link.repair(Joint::Two);
+        link.inject(Joint::TWO, DriveFault::PowerLost);
+        link.repair(Joint::TWO);
         assert_eq!(marker(&mut link), Some(Value::Unsigned32(0)));
     }
 
@@ -168,7 +168,7 @@ mod tests {
     fn a_joint_that_moved_after_it_was_shown_is_refused() {
         let (robot, (mut link, clock)) = (incremental(77), bus());
         let before = read(&robot, &[1], &mut link, &clock).unwrap();
-        link.inject(Joint::Two, DriveFault::EncoderJump { counts: 5 });
+        link.inject(Joint::TWO, DriveFault::EncoderJump { counts: 5 });
         let error = set(&robot, &[1], &ANGLES, &before, None, &mut link, &clock).unwrap_err().to_string();
         assert!(error.contains("joint 2 moved by 5 counts"), "{error}");
     }

@@ -93,10 +93,10 @@ fn a_request_to_stop_brakes() {
 
 #[test]
 fn a_drive_that_fails_in_the_trial_ends_it_and_is_told_to_stop() {
-    let broken = |link: &mut Bus| link.inject(uarm_sim::Joint::Two, DriveFault::BrakeStuckEngaged);
+    let broken = |link: &mut Bus| link.inject(uarm_sim::Joint::TWO, DriveFault::BrakeStuckEngaged);
     let stuck = report(&a_plan(20, 10_000.0), &StopRequest::default(), broken).0.unwrap();
     assert!(!stuck.moved && !stuck.is_good() && stuck.text("joint 2", 2).contains("did not move"), "{stuck:?}");
-    let hot = |link: &mut Bus| link.inject(uarm_sim::Joint::Two, DriveFault::OverTemperature);
+    let hot = |link: &mut Bus| link.inject(uarm_sim::Joint::TWO, DriveFault::OverTemperature);
     let (failed, commands) = report(&a_plan(20, 1e9), &StopRequest::default(), hot);
     assert!(failed.unwrap_err().to_string().contains("ended early"));
     assert!(torques(&commands).iter().all(|torque| *torque == 0));
@@ -110,7 +110,7 @@ fn who_forgets_to_stop_has_stopped() {
     let mut network = DriveNetwork::new(link, configuration);
     network.start(&clock).unwrap();
     drop(Enabled::new(&mut network, &mut clock));
-    assert_eq!(network.link().robot().drive(uarm_sim::Joint::Two).power_state(), PowerState::SwitchOnDisabled);
+    assert_eq!(network.link().robot().drive(uarm_sim::Joint::TWO).power_state(), PowerState::SwitchOnDisabled);
 }
 
 #[test]

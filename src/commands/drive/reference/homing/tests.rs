@@ -56,12 +56,13 @@ where
 }
 
 fn joint_2(bus: &Bus) -> f64 {
-    bus.robot().plant().position().y.to_degrees()
+    let position: nalgebra::Vector3<f64> = bus.robot().plant().position();
+    position.y.to_degrees()
 }
 
 #[track_caller]
 fn assert_braked(bus: &Bus) {
-    assert_eq!(bus.robot().drive(Joint::Two).power_state(), PowerState::SwitchOnDisabled);
+    assert_eq!(bus.robot().drive(Joint::TWO).power_state(), PowerState::SwitchOnDisabled);
 }
 
 #[test]
@@ -93,7 +94,7 @@ fn method_speeds_acceleration_and_offset_are_the_files() {
                   offset = 300, counts_at_home = -300";
     let (outcome, bus, _) = homed(homing, |_| {});
     outcome.unwrap();
-    let drive = bus.robot().drive(Joint::Two);
+    let drive = bus.robot().drive(Joint::TWO);
     for (index, subindex, expected) in [
         (0x6098, 0, Value::Integer8(37)),
         (0x6099, 1, Value::Unsigned32(2812)),
@@ -160,8 +161,8 @@ fn a_drive_that_was_homed_before_homes_again() {
 
 #[test]
 fn whatever_goes_wrong_brakes_and_stores_nothing() {
-    let stuck: fn(&mut Bus) = |bus| bus.inject(Joint::Two, DriveFault::BrakeStuckEngaged);
-    let hot: fn(&mut Bus) = |bus| bus.inject(Joint::Two, DriveFault::OverTemperature);
+    let stuck: fn(&mut Bus) = |bus| bus.inject(Joint::TWO, DriveFault::BrakeStuckEngaged);
+    let hot: fn(&mut Bus) = |bus| bus.inject(Joint::TWO, DriveFault::OverTemperature);
     let none: fn(&mut Bus) = |_| {};
     let fast = "method = 17, speeds = [90000, 937], angle_deg = -170.0, travel_deg = 200.0".to_owned();
     for (homing, prepare, parts) in [
@@ -178,7 +179,7 @@ fn whatever_goes_wrong_brakes_and_stores_nothing() {
         for part in parts {
             assert!(error.contains(part), "{error}: expected {part}");
         }
-        let state = bus.robot().drive(Joint::Two).power_state();
+        let state = bus.robot().drive(Joint::TWO).power_state();
         assert!(!state.has_power(), "{error}: {state:?}");
     }
 }
