@@ -113,6 +113,110 @@ fn what_cannot_be_compared_is_counted() {
     assert_told("late", late.as_bytes(), 1, &["its first SYNC has the number 4, expected 1"]);
 }
 
+/// The line of a TPDO with other data: statusword and position, little endian.
+fn changed_answer(line: &str, change: impl Fn(&str, &str) -> String) -> String {
+    let (head, data) = line.split_once('#').unwrap();
+    let (statusword, position) = data.split_at(4);
+    format!("{head}#{}", change(statusword, position))
+}
+
+/// The recording with the answer of node 2 to each of these SYNCs changed.
+fn with_answers(syncs: std::ops::RangeInclusive<usize>, change: impl Fn(&str, &str) -> String) -> String {
+    let mut sync = 0;
+    let line = |line: &str| {
+        sync += usize::from(line.contains(" 080#"));
+        let is_changed = syncs.contains(&sync) && line.contains(" 182#");
+        format!("{}\n", if is_changed { changed_answer(line, &change) } else { line.to_owned() })
+    };
+    recording().lines().map(line).collect()
+}
+
+/// A count that no joint can have is refused by the replay as by the loop; that the loop went on as it did says that it was another.
+#[test]
+fn a_changed_count_is_different_and_not_missing() {
+    for counts in [3, 12, 500, -500] {
+        let changed = with_answers(6..=6, |statusword, position| {
+            let count = i32::from_le_bytes(u32::from_str_radix(position, 16).unwrap().to_be_bytes());
+            format!("{statusword}{:08X}", u32::from_be_bytes((count + counts).to_le_bytes()))
+        });
+        let (code, told) = replay("count", changed.as_bytes(), &[]);
+        assert_eq!(code, 1, "{counts}: {told}");
+        assert!(told.contains("DIFFERENT in ") && !told.contains("LOST"), "{counts}: {told}");
+    }
+}
+
+/// CiA 402: 0x1237 is Operation enabled and follows its target (bit 12), 0x0237 does not follow it, 0x1233 is Switched on.
+#[test]
+fn a_statusword_with_which_the_loop_would_have_stopped_is_different() {
+    let of = |statusword: &'static str| with_answers(6..=6, move |_, position| format!("{statusword}{position}"));
+    let is_false = |what: &str| format!("the drive of joint 2 {what} was false, replayed true");
+    let enabled = is_false("is in Operation enabled");
+    assert_told("switched-on", of("3312").as_bytes(), 1, &["DIFFERENT in 1 cycles", &enabled]);
+    let follows = is_false("follows its target torque");
+    assert_told("ignoring", of("3702").as_bytes(), 1, &["DIFFERENT in 1 cycles", &follows]);
+    assert_told("as-it-was", of("3712").as_bytes(), 0, &["all equal"]);
+}
+
+/// Whose first answer is missing has no state to begin with, and says only that; so does a third one in a row, even of a joint that stands
+/// where it was predicted.
+#[test]
+fn an_answer_without_which_the_loop_would_have_stopped_was_there() {
+    let without = |node: &str, syncs: std::ops::RangeInclusive<usize>| -> String {
+        let mut sync = 0;
+        let lines = recording().lines().filter(|line| {
+            sync += usize::from(line.contains(" 080#"));
+            !(syncs.contains(&sync) && line.contains(node))
+        });
+        lines.map(|line| format!("{line}\n")).collect()
+    };
+    let (code, told) = replay("first-tpdo", without(" 182#", 1..=1).as_bytes(), &[]);
+    assert_eq!(code, 1, "{told}");
+    assert!(told.contains("0 of 20 cycles") && told.contains("NOTHING was compared"), "{told}");
+    assert!(told.contains("LOST               20 cycles") && !told.contains("DIFFERENT"), "{told}");
+    let (code, told) = replay("third-tpdo", without(" 181#", 2..=4).as_bytes(), &[]);
+    assert_eq!(code, 3, "{told}");
+    assert!(told.contains(" 3 of 20 cycles") && told.contains("these are equal"), "{told}");
+    assert!(told.contains("LOST               17 cycles") && !told.contains("DIFFERENT"), "{told}");
+}
+
+/// Behind which line of the last cycle the file ends.
+#[test]
+fn a_file_that_is_cut_at_the_end_of_a_line_is_told_as_cut() {
+    let lines: Vec<_> = recording().lines().collect();
+    let last = format!(" 080#{CYCLES:02X}");
+    let sync = lines.iter().position(|line| line.ends_with(&last)).unwrap();
+    let torques: Vec<_> = (sync..lines.len()).filter(|index| lines[*index].contains(" 20")).collect();
+    assert_eq!(torques.len(), 3, "one for each drive");
+    let words = "LOST               the end: the file ends within a cycle";
+    for end in sync..torques[2] {
+        let cut: String = lines[..=end].iter().map(|line| format!("{line}\n")).collect();
+        assert_told("cut-line", cut.as_bytes(), 3, &[words, "equal, bit for bit"]);
+    }
+    let (code, told) = replay("whole-line", recording().as_bytes(), &[]);
+    assert!(code == 0 && !told.contains("LOST"), "{told}");
+}
+
+/// Each SYNC comes a second late.
+#[test]
+fn a_clock_that_is_set_in_each_cycle_is_told_in_one_line() {
+    let mut sync = 0;
+    let stretched: String = recording()
+        .lines()
+        .map(|line| {
+            sync += i128::from(line.contains(" 080#"));
+            let (time, rest) = line.strip_prefix('(').unwrap().split_once(')').unwrap();
+            let (whole, fraction) = time.split_once('.').unwrap();
+            let nanoseconds = whole.parse::<i128>().unwrap() * 1_000_000_000 + fraction.parse::<i128>().unwrap();
+            let stepped = nanoseconds + sync * 1_000_000_000;
+            format!("({}.{:09}){rest}\n", stepped / 1_000_000_000, stepped % 1_000_000_000)
+        })
+        .collect();
+    let (code, told) = replay("stretched", stretched.as_bytes(), &[]);
+    assert_eq!(code, 0, "{told}");
+    assert_eq!(told.matches("clock set").count(), 6, "{told}");
+    assert!(told.contains("clock set          19 times by +19.000 s in all, until "), "{told}");
+}
+
 #[test]
 fn a_clock_that_was_set_is_told_and_changes_nothing() {
     let lines: Vec<_> = recording().lines().collect();

@@ -123,5 +123,11 @@ fn print_exact<const J: usize, const N: usize>(
     if replay.missing_torques > 0 {
         writeln!(output, "  LOST               {} torques that are not in the file", replay.missing_torques)?;
     }
+    if replay.ends_within_a_cycle {
+        writeln!(
+            output,
+            "  LOST               the end: the file ends within a cycle, and without a stop of the drives"
+        )?;
+    }
     print_recording(recorded, output)
 }

@@ -49,14 +49,27 @@ impl WhatIfReport {
     }
 }
 
+/// The most steps of a clock that have a line each: more are a clock that runs at another rate.
+const MOST_STEPS_TOLD: usize = 5;
+
+fn print_clock_steps(steps: &[ClockStep], output: &mut impl Write) -> io::Result<()> {
+    for ClockStep { after_s, by_s } in steps.iter().take(MOST_STEPS_TOLD) {
+        writeln!(output, "  clock set          by {by_s:+.3} s, {after_s:.3} s after the first frame: taken out")?;
+    }
+    if let Some(last) = steps.get(MOST_STEPS_TOLD..).and_then(<[_]>::last) {
+        let by_s: f64 = steps.iter().map(|step| step.by_s).sum();
+        let (times, after_s) = (steps.len(), last.after_s);
+        writeln!(output, "  clock set          {times} times by {by_s:+.3} s in all, until {after_s:.3} s: taken out")?;
+    }
+    Ok(())
+}
+
 /// What is to be said of the recording itself.
 pub fn print_recording<const J: usize, const N: usize>(
     recorded: &Recorded<J, N>,
     output: &mut impl Write,
 ) -> io::Result<()> {
-    for ClockStep { after_s, by_s } in &recorded.clock_steps {
-        writeln!(output, "  clock set          by {by_s:+.3} s, {after_s:.3} s after the first frame: taken out")?;
-    }
+    print_clock_steps(&recorded.clock_steps, output)?;
     for damage in &recorded.damage {
         writeln!(output, "  LOST               {damage}")?;
     }

@@ -21,6 +21,8 @@ pub struct BusCycle<const J: usize> {
     pub sent: [Option<i16>; J],
     /// Whether a drive was sent a command of any kind: what comes after it is too late for this cycle.
     pub commanded: bool,
+    /// Whether a drive was sent another command than a torque, or an NMT command: the loop is over, and the drives are stopped.
+    pub stopped: bool,
     /// Whether frames are missing in or before this cycle.
     pub continuity: Continuity,
 }
@@ -43,6 +45,7 @@ impl<const J: usize> BusCycle<J> {
             statuswords: [0; J],
             sent: [None; J],
             commanded: false,
+            stopped: false,
             continuity: Continuity::Whole,
         }
     }
@@ -71,11 +74,13 @@ impl<const J: usize> BusCycle<J> {
                 self.commanded = true;
                 if let (Some(joint), Ok(command)) = (joint(node.raw()), DriveCommand::decode(record.frame.data())) {
                     let is_torque = command.controlword == Controlword::of(Command::EnableOperation);
+                    self.stopped |= !is_torque;
                     if is_torque && self.sent[joint].is_none() {
                         self.sent[joint] = Some(command.target_torque);
                     }
                 }
             }
+            Some(Channel::NmtCommand) => self.stopped = true,
             _ => {}
         }
     }
@@ -179,6 +184,7 @@ mod tests {
         assert_eq!(first.all_counts(), Some([1, -2, 3]));
         assert_eq!(first.all_sent(), Some([0, -10, 7]));
         assert_eq!(first.continuity, Continuity::Whole);
+        assert_eq!((first.stopped, second.stopped), (true, false));
         assert_eq!((second.all_counts(), second.continuity), (None, Continuity::Broken), "frame 11 is missing");
         assert_eq!((first.counter, second.counter), (Some(1), Some(2)));
     }

@@ -1,7 +1,7 @@
 //! The run again, as it was.
 
 use serde::Serialize;
-use uarm_loop::estimation::AngleSource;
+use uarm_loop::estimation::{AngleError, AngleSource, Estimate, EstimationError};
 use uarm_loop::hinf_control::Controller;
 use uarm_loop::keyframe::Keyframe;
 use uarm_loop::record::CycleRecord;
@@ -11,6 +11,9 @@ use uarm_loop::schedule::Tick;
 use uarm_loop::settings::Settings;
 use uarm_loop::signal_path::{SignalFault, SignalPath, Signals};
 use uarm_loop::supervisor::Authority;
+use uarm_loop::uarm_io::drive::cia402::{PowerState, Statusword};
+use uarm_loop::uarm_io::drive::network::IgnoredTargetReaction;
+use uarm_loop::uarm_io::drive::wishes::Operation;
 
 use super::bus_cycles::{BusCycle, Continuity};
 use super::comparison::{Difference, compare};
@@ -58,6 +61,8 @@ pub struct ExactReplay {
     pub missing_torques: u64,
     /// Cycles of which only the bus was recorded, without a position: whether the loop had it is not known.
     pub missing_positions: u64,
+    /// Of a run of which only the bus was recorded: the recording ends before the last torque of a cycle, and without a stop of the drives.
+    pub ends_within_a_cycle: bool,
     /// How often the replay went on from a keyframe behind a gap.
     pub resumed: u64,
     /// The fault that the signal path gave in the last cycle, as the live one did.
@@ -75,7 +80,7 @@ impl ExactReplay {
 
     /// Whether parts of the run were not compared.
     pub fn has_loss(&self) -> bool {
-        self.lost_cycles > 0 || self.missing_torques > 0 || self.missing_positions > 0
+        self.lost_cycles > 0 || self.missing_torques > 0 || self.missing_positions > 0 || self.ends_within_a_cycle
     }
 
     /// Whether all that was compared is equal.
@@ -146,7 +151,16 @@ pub struct ExactRun<'a, const J: usize, const N: usize> {
     previous: Option<PlacedTick>,
     /// Cycles that count as lost since the last one that the loop went through: behind the end of the run they are none.
     unanswered: u64,
+    /// Whether the drives were stopped in some cycle.
+    is_stopped: bool,
+    /// Which drives have said that they follow their target.
+    have_followed: [bool; J],
     outcome: ExactReplay,
+}
+
+/// Whether an answer is missing of which this is made.
+fn lacks_an_answer<const J: usize>(estimate: &Estimate<J>) -> bool {
+    estimate.sources.contains(&AngleSource::Missing)
 }
 
 /// Whether what follows the last SYNC is the stop that ended the run, with torque 0.
@@ -171,6 +185,8 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
             position: Position::Lost,
             previous: None,
             unanswered: 0,
+            is_stopped: false,
+            have_followed: [false; J],
             outcome: ExactReplay::default(),
         })
     }
@@ -204,6 +220,10 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
                 break;
             }
             self.cycle(source, cycle)?;
+        }
+        self.is_stopped |= source.bus.iter().any(|cycle| cycle.stopped);
+        if let (Behind::Nothing, true, Some(last)) = (source.behind, source.records.is_empty(), source.bus.last()) {
+            self.outcome.ends_within_a_cycle = !self.is_stopped && last.all_sent().is_none();
         }
         Ok(())
     }
@@ -299,22 +319,30 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
         }
         match self.signals(source, cycle, tick, &counts) {
             Ok(signals) => {
-                if recorded.is_none() && signals.estimate.is_predicted() && !self.has_sent(cycle, &signals) {
+                let lacks_an_answer = recorded.is_none() && lacks_an_answer(&signals.estimate);
+                if lacks_an_answer && !self.has_sent(cycle, &signals) {
                     // The loop had the answer that is missing in the file.
                     self.position = Position::Lost;
                     self.outcome.lost_cycles += 1;
                     return;
                 }
                 self.position = Position::After(Some(tick.index));
-                let predicted = u64::from(signals.estimate.is_predicted());
-                self.outcome.predicted_cycles += predicted;
-                self.outcome.missing_positions += if recorded.is_none() { predicted } else { 0 };
+                self.outcome.predicted_cycles += u64::from(signals.estimate.is_predicted());
+                self.outcome.missing_positions += u64::from(lacks_an_answer);
                 let mut differences = match recorded {
                     Some(recorded) => self.compare(recorded, tick, cycle, &signals),
                     None => self.compare_sent(source, cycle, tick, &signals),
                 };
                 differences.extend(self.compare_keyframe(source, tick));
                 self.outcome.note(differences);
+            }
+            // The loop went on: it had the answer that is missing in the file.
+            Err(SignalFault::Estimation(EstimationError {
+                source: AngleError::NoneYet | AngleError::Missing { .. },
+                ..
+            })) if recorded.is_none() && cycle.sent.iter().any(Option::is_some) => {
+                self.position = Position::Lost;
+                self.outcome.lost_cycles += 1;
             }
             Err(fault) => {
                 self.position = Position::Ended;
@@ -433,7 +461,42 @@ impl<'a, const J: usize, const N: usize> ExactRun<'a, J, N> {
             return Vec::new();
         }
         self.outcome.cycles += 1;
-        self.compare_sent_frames(cycle, tick, signals)
+        let mut differences = self.compare_statuswords(source, cycle, tick, signals.time);
+        differences.extend(self.compare_sent_frames(cycle, tick, signals));
+        differences
+    }
+
+    /// A loop sends no torque to a drive that has just said that it is not in *Operation enabled*, or does not follow its target any more.
+    fn compare_statuswords(
+        &mut self,
+        source: &Source<'_, J, N>,
+        cycle: &BusCycle<J>,
+        tick: &Tick,
+        time: f64,
+    ) -> Vec<Difference> {
+        let stops = source.robot.bus.ignored_target_reaction == IgnoredTargetReaction::Stop;
+        let answers = cycle.counts.iter().zip(cycle.statuswords).zip(cycle.sent).zip(&source.robot.joints);
+        let mut differences = Vec::new();
+        for ((((count, word), sent), joint), (followed, number)) in answers.zip(self.have_followed.iter_mut().zip(1..))
+        {
+            if count.is_none() || sent.is_none() {
+                continue;
+            }
+            let word = Statusword::from_bits(word);
+            let is_enabled = word.state() == Some(PowerState::OperationEnabled);
+            let follows = word.contains(Statusword::FOLLOWS_TARGET);
+            let ignores = stops && joint.drive.operation == Operation::CyclicTorque && *followed && !follows;
+            *followed |= follows;
+            let said = [(!is_enabled, "is in Operation enabled"), (is_enabled && ignores, "follows its target torque")];
+            differences.extend(said.into_iter().filter(|(is_told, _)| *is_told).map(|(_, what)| Difference {
+                tick: tick.index,
+                time,
+                signal: format!("the drive of joint {number} {what}"),
+                recorded: Value::Flag(false),
+                replayed: Value::Flag(true),
+            }));
+        }
+        differences
     }
 
     /// Whether the torques on the bus are these, as far as they are there.

@@ -170,6 +170,7 @@ pub fn sync(tick: u64) -> Instant {
 pub fn bus_cycle(tick: u64, counts: [i32; 3]) -> BusCycle<3> {
     let ramp = 250 + 5 * i16::try_from(tick).unwrap();
     BusCycle {
+        stopped: false,
         commanded: true,
         sync_at: sync(tick),
         counter: None,
