@@ -128,3 +128,15 @@ fn lists_of_another_length_are_refused_by_field() {
     );
     assert!(message.contains("plant = a table: expected none"), "{message}");
 }
+
+#[test]
+fn commands_for_the_papers_robot_alone_say_so() {
+    let robot = file("seven-joint");
+    let output = uarm(&["stability", "--robot", robot.to_str().unwrap()]);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        message.contains("joints = 7 active joints: expected a passive base and 2 active joints: `check`"),
+        "{message}"
+    );
+}

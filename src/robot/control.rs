@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use hinf_control::{AdaptationGuard, AdaptationSettings, ControllerSettings, FuzzySets, Law};
+use hinf_control::{AdaptationGuard, AdaptationSettings, BaseAcceleration, ControllerSettings, FuzzySets, Law};
+use nalgebra::SVector;
 use uarm_io::encoder::CountsPerRevolution;
 use uarm_io::estimator::{AnyEstimator, EstimatorConfiguration, KalmanSettings};
 use uarm_io::time::Duration;
@@ -17,6 +18,25 @@ use uarm_loop::schedule::OverrunsInARow;
 use super::arm::{Arm, LawChoice};
 use super::error::{Checker, RobotError};
 use super::file;
+
+/// Settings made for the arm in the posture `start`, rad. Where no sensor is on the base, in forms that read nothing of it.
+pub(super) fn derived<const J: usize, const N: usize>(
+    arm: &dyn Arm<J, N>,
+    start: &SVector<f64, N>,
+    check: &Checker<'_>,
+) -> Result<ControllerSettings<N>, RobotError> {
+    let refuse = |error: String| check.refuse("controllers", "no such table", format!("weights of its own: {error}"));
+    let mut settings = arm.derived_settings(start).map_err(|error| refuse(error.to_string()))?;
+    for law in Law::ALL.into_iter().filter(|_| dimensions::passive::<J, N>() == 0) {
+        let choice = LawChoice { law, guard: AdaptationGuard::None, fuzzy_sets: FuzzySets::untrained() };
+        if arm.reads_base(&settings, &choice).map_err(|error| refuse(error.to_string()))? {
+            settings
+                .set_base_acceleration(law, BaseAcceleration::Omitted)
+                .map_err(|error| refuse(error.to_string()))?;
+        }
+    }
+    Ok(settings)
+}
 
 /// Checks that every law of the file can be built.
 pub(super) fn check<const J: usize, const N: usize>(

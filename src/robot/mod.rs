@@ -67,6 +67,7 @@ use model::{CheckedModel, Mechanics};
 use overrides::Overrides;
 use profile::UsedProfile;
 use reading::read;
+use shape::Shape;
 pub use text::{BUILT_IN, BUILT_IN_NAME, RobotText};
 
 /// What there is to say of a robot whose file leaves the supervision out.
@@ -122,6 +123,14 @@ impl Robot {
     /// # Errors
     /// As [`Robot::load`].
     pub fn parse(name: &Path, text: &str, overrides: &Overrides) -> Result<Self, RobotError> {
+        // What is no robot at all is told by the whole file's check.
+        if let Ok(found) = Shape::of(name, text)
+            && found != Shape::PAPER
+        {
+            let expected =
+                "a passive base and 2 active joints: `check`, `run`, `show` and `replay` alone are for other robots";
+            return Err(Checker::new(name).refuse("joints", found, expected));
+        }
         Self::of_text(name, text, overrides)
     }
 }
@@ -192,9 +201,7 @@ impl<const J: usize, const N: usize> Robot<J, N> {
         let task = task::check(&file.task, &check)?;
         let mut controllers = match file.controllers {
             Some(controllers) => controllers,
-            None => arm.derived_settings(task.reference.start()).map_err(|error| {
-                check.refuse("controllers", "no such table", format!("weights of its own, since {error}"))
-            })?,
+            None => control::derived(arm.as_ref(), task.reference.start(), &check)?,
         };
         overrides.apply_to_laws(&mut controllers)?;
         file.controllers = Some(controllers);

@@ -1,5 +1,6 @@
 //! How many joints a robot has: known only when its file is read.
 
+use std::fmt;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -36,14 +37,24 @@ struct Joint {
     role: Role,
 }
 
+impl fmt::Display for Shape {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let behind = if self.base == BaseSensor::Encoder { "a passive base and " } else { "" };
+        write!(formatter, "{behind}{} active joints", self.active)
+    }
+}
+
 impl Shape {
     /// Those that this program is compiled for, each of which costs the compiler about half a minute: the arms of `for_shape`.
     pub const KNOWN: [Self; 4] = [
-        Self { active: 2, base: BaseSensor::Encoder },
+        Self::PAPER,
         Self { active: 3, base: BaseSensor::Encoder },
         Self { active: 3, base: BaseSensor::None },
         Self { active: 7, base: BaseSensor::None },
     ];
+
+    /// The paper's robot.
+    pub const PAPER: Self = Self { active: 2, base: BaseSensor::Encoder };
 
     /// The shape of the robot whose file `name` has this `text`.
     ///
@@ -58,8 +69,6 @@ impl Shape {
         let active = joints.iter().filter(|joint| joint.role == Role::Active).count();
         let found = Self { active, base };
         if !Self::KNOWN.contains(&found) {
-            let behind = if base == BaseSensor::Encoder { "a passive base and " } else { "" };
-            let found = format!("{behind}{active} active joints");
             let expected = "a passive base and 2 or 3 active joints, or 3 or 7 active joints alone, for which this program is compiled";
             return Err(Checker::new(name).refuse("joints", found, expected));
         }
