@@ -129,6 +129,22 @@ fn lists_of_another_length_are_refused_by_field() {
     assert!(message.contains("plant = a table: expected none"), "{message}");
 }
 
+/// A second arm, and a spacecraft that belongs to no URDF.
+#[test]
+fn an_arm_is_described_once() {
+    let urdf = "urdf = \"seven-joint.urdf\"\ntip = \"tool\"\n";
+    let numbers = "base = { inertia_kg_m2 = 1.0, length_m = 1.0 }\n";
+    let spacecraft = "spacecraft = { mass_kg = 1.0, inertia_kg_m2 = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0] }\n";
+    let message = refused("any_arm_spacecraft", &[(urdf, &format!("{numbers}{spacecraft}"))], &[]);
+    assert!(message.contains("model.spacecraft = a table: expected model.urdf beside it"), "{message}");
+    let space = "[space_manipulator]\nspacecraft = { mass_kg = 1.0, inertia_kg_m2 = 1.0, centre_of_mass_to_joint_m = 1.0 }\nlinks = []\n";
+    let message = refused("any_arm_twice", &[("[task]", &format!("{space}\n[task]"))], &[]);
+    assert!(message.contains("model.urdf = a URDF: expected the arm once"), "{message}");
+    let light = spacecraft.replace("mass_kg = 1.0", "mass_kg = -1.0");
+    let message = refused("any_arm_light", &[(urdf, &format!("{urdf}{light}"))], &[]);
+    assert!(message.contains("model.spacecraft = -1 kg"), "{message}");
+}
+
 #[test]
 fn commands_for_the_papers_robot_alone_say_so() {
     let robot = file("seven-joint");

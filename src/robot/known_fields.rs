@@ -14,6 +14,7 @@ pub fn beside(field: &str) -> String {
         [""] => fields_of::<file::RobotFile>(),
         ["model"] => fields_of::<file::Model>(),
         ["model", "base"] => fields_of::<file::ModelBaseNumbers>(),
+        ["model", "spacecraft"] => fields_of::<file::UrdfSpacecraft>(),
         ["model", "links"] => fields_of::<file::ModelLink>(),
         ["space_manipulator"] => fields_of::<file::SpaceManipulator>(),
         ["space_manipulator", "spacecraft"] => fields_of::<file::Spacecraft>(),

@@ -220,6 +220,12 @@ pub fn check<const J: usize, const N: usize>(
     check: &Checker<'_>,
 ) -> Result<CheckedModel<J, N>, RobotError> {
     if let Some((model, text)) = file.model.as_ref().and_then(|model| Some((model, model.urdf_text.as_ref()?))) {
+        if dimensions::passive::<J, N>() > 0 {
+            return Err(check.refuse("model.urdf_text", "a text", "none behind a base with an encoder: model.urdf"));
+        }
+        if file.space_manipulator.is_some() {
+            return Err(check.refuse("model.urdf", "a URDF", ARM_ONCE));
+        }
         return in_space(model, text, check);
     }
     let written = file.space_manipulator.as_ref();
@@ -265,6 +271,9 @@ fn in_space<const J: usize, const N: usize>(
 fn numbers<const N: usize>(model: &file::Model, check: &Checker<'_>) -> Result<PlanarDem<f64, N>, RobotError> {
     if let Some(tip) = &model.tip {
         return Err(check.refuse("model.tip", tip, "model.urdf beside it"));
+    }
+    if model.spacecraft.is_some() {
+        return Err(check.refuse("model.spacecraft", "a table", "model.urdf beside it"));
     }
     let Some(ModelBase::Numbers(ModelBaseNumbers { inertia_kg_m2, length_m })) = model.base else {
         return Err(check.refuse("model.base", "no numbers", "{ inertia_kg_m2 = ..., length_m = ... }, or model.urdf"));
