@@ -6,7 +6,7 @@ use std::path::Path;
 use uarm::dimensions::RunLog;
 
 fuzz_target!(|bytes: &[u8]| {
-    if let Ok(log) = RunLog::read_from(bytes, Path::new("fuzzed.mcap")) {
+    if let Ok(log) = RunLog::<3, 2>::read_from(bytes, Path::new("fuzzed.mcap")) {
         assert!(log.gaps() < log.cycles.len().max(1), "a gap lies between two cycles");
     }
 });
