@@ -6,5 +6,7 @@ use std::path::Path;
 use uarm::robot::Robot;
 
 fuzz_target!(|text: &str| {
-    let _ = Robot::parse(Path::new("fuzzed.toml"), text, &Default::default());
+    let name = Path::new("fuzzed.toml");
+    let _ = Robot::parse(name, text, &Default::default());
+    let _ = Robot::<3, 3>::of_text(name, text, &Default::default());
 });
