@@ -101,9 +101,10 @@ impl Coverage {
     fn new<const J: usize, const N: usize>(robot: &LoopRobot<J, N>, outcome: &Outcome<N>, completed: bool) -> Self {
         let (task_s, period) = (robot.task.reference.duration(), robot.period.seconds(1));
         // A cycle stands for the period that follows it; the last ones of a task may have been skipped.
-        let until = if completed { task_s } else { outcome.last_time.map_or(0.0, |time| time + period) };
+        let until = outcome.last_time.map_or(0.0, |time| time + period);
         let whole_periods = (until / period).round() * period;
-        Self { until_s: whole_periods.clamp(0.0, task_s), task_s, cycles_are_missing: false }
+        let until_s = if completed { task_s } else { whole_periods.clamp(0.0, task_s) };
+        Self { until_s, task_s, cycles_are_missing: false }
     }
 
     /// Is it the whole task?

@@ -23,9 +23,9 @@ fn file(name: &str) -> PathBuf {
 }
 
 /// A run in virtual time without disturbance, and its report.
-fn run(robot: &Path, arguments: &[&str]) -> Value {
+fn run_of(robot: &Path, arguments: &[&str]) -> Value {
     let robot = robot.to_str().unwrap();
-    let common = ["run", "--virtual-time", "--disturbance", "none", "--json", "--robot", robot];
+    let common = ["run", "--virtual-time", "--json", "--robot", robot];
     let output = uarm(&[common.as_slice(), arguments].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice::<Value>(&output.stdout).unwrap()[0].take()
@@ -35,7 +35,7 @@ fn run(robot: &Path, arguments: &[&str]) -> Value {
 fn every_shipped_robot_does_its_task_under_every_law() {
     for (name, joints) in SHIPPED {
         for law in Law::ALL {
-            let report = run(&file(name), &["--log", "none", "--controller", law.name()]);
+            let report = run_of(&file(name), &["--log", "none", "--controller", law.name()]);
             assert_eq!(report["completed"], true, "{name}, {}", law.name());
             let errors = report["final_error_deg"].as_array().unwrap();
             assert_eq!(errors.len(), joints);
@@ -53,7 +53,7 @@ fn every_shipped_robot_does_its_task_under_every_law() {
 fn the_space_manipulator_moves_as_its_equivalent() {
     for (name, _) in SHIPPED {
         let [ideal, space] = ["ideal", "space"].map(|plant| {
-            let report = run(&file(name), &["--log", "none", "--plant", plant]);
+            let report = run_of(&file(name), &["--log", "none", "--plant", plant]);
             report["indices"]["l2"].as_f64().unwrap()
         });
         assert!((ideal - space).abs() < 1e-6 * ideal, "{name}: {ideal} and {space}");
@@ -69,7 +69,7 @@ fn a_log_of_seven_joints_is_shown_and_replayed_without_its_urdf() {
     }
     let log = folder.join("run.mcap");
     let log = log.to_str().unwrap();
-    run(&folder.join("seven-joint.toml"), &["--log", log, "--controller", "adaptive"]);
+    run_of(&folder.join("seven-joint.toml"), &["--log", log, "--controller", "adaptive"]);
     std::fs::remove_file(folder.join("seven-joint.urdf")).unwrap();
 
     let replay = uarm(&["replay", log]);
@@ -107,8 +107,19 @@ fn refused(folder: &str, changes: &[(&str, &str)], arguments: &[&str]) -> String
 
 #[test]
 fn what_the_sensors_do_not_allow_is_refused_by_law() {
-    let message = refused("any_arm_base", &[], &["--base-acceleration", "measured"]);
-    assert!(message.contains("controllers.nonlinear") && message.contains("no sensor"), "{message}");
+    for (law, mode, expected) in [
+        ("nonlinear", "measured", "expected omitted or reduced"),
+        ("nonlinear", "reduced-momentum", "expected omitted or reduced"),
+        ("adaptive", "eliminated", "expected omitted"),
+    ] {
+        let robot = file("seven-joint");
+        let run = ["run", "--virtual-time", "--log", "none", "--robot", robot.to_str().unwrap(), "--controller", law];
+        let output = uarm(&[run.as_slice(), &["--base-acceleration", mode]].concat());
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains(&format!("--base-acceleration {mode} with --controller {law}")), "{message}");
+        assert!(message.trim_end().ends_with(expected), "{message}");
+    }
 }
 
 #[test]
@@ -143,6 +154,32 @@ fn an_arm_is_described_once() {
     let light = spacecraft.replace("mass_kg = 1.0", "mass_kg = -1.0");
     let message = refused("any_arm_light", &[(urdf, &format!("{urdf}{light}"))], &[]);
     assert!(message.contains("model.spacecraft = -1 kg"), "{message}");
+}
+
+/// The UARM's imperfections and its disturbance are its own.
+#[test]
+fn other_arms_are_simulated_as_they_are() {
+    let robot = file("ets-vii");
+    let run = ["run", "--virtual-time", "--robot", robot.to_str().unwrap(), "--plant", "uarm"];
+    let output = uarm(&run);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("--plant uarm: expected ideal or space, since ETS-VII has no [plant]"), "{message}");
+
+    let log = scratch("any_arm_undisturbed.mcap");
+    let _ = std::fs::remove_file(&log);
+    let log = log.to_str().unwrap();
+    run_of(&robot, &["--log", log]);
+    let csv = uarm(&["show", log, "--csv", "-"]);
+    let text = String::from_utf8_lossy(&csv.stdout).into_owned();
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = lines.next().unwrap();
+    let column = header.iter().position(|name| name.starts_with("disturbance_1")).unwrap();
+    assert!(lines.all(|fields| fields[column].parse::<f64>().unwrap() == 0.0));
+    let output = uarm(&["monitor", "--once", log]);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(message.contains("a run of 3 active joints, expected one of a passive base and 2"), "{message}");
 }
 
 #[test]

@@ -92,6 +92,9 @@ struct Check {
     /// What a drive's dictionary leaves open of what is watched in a run.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     unjudged: Vec<String>,
+    /// How it was simulated.
+    #[serde(skip)]
+    simulated: &'static str,
     /// What ends the task on the simulated robot, controller 1, without disturbance; nothing if it is completed.
     stopped_by: Option<String>,
 }
@@ -165,6 +168,10 @@ fn check<const J: usize, const N: usize>(file: Option<&Path>, robot: &Robot<J, N
         },
         supervised: description.supervision.is_some(),
         unjudged: Vec::new(),
+        simulated: match robot.file.plant {
+            Some(_) => "simulated, with base and friction of the file",
+            None => "simulated, without friction",
+        },
         stopped_by: None,
     }
 }
@@ -201,7 +208,7 @@ fn print(output: &mut impl Write, check: &Check) -> std::io::Result<()> {
     }
     writeln!(output, "  the task is within the limits of its joints")?;
     match &check.stopped_by {
-        None => writeln!(output, "  simulated, with base and friction of the file: completed"),
-        Some(cause) => writeln!(output, "  simulated, with base and friction of the file: STOPPED: {cause}"),
+        None => writeln!(output, "  {}: completed", check.simulated),
+        Some(cause) => writeln!(output, "  {}: STOPPED: {cause}", check.simulated),
     }
 }

@@ -18,6 +18,7 @@ use uarm_loop::schedule::OverrunsInARow;
 use super::arm::{Arm, LawChoice};
 use super::error::{Checker, RobotError};
 use super::file;
+use crate::usage::UsageError;
 
 /// Settings made for the arm in the posture `start`, rad. Where no sensor is on the base, in forms that read nothing of it.
 pub(super) fn derived<const J: usize, const N: usize>(
@@ -36,6 +37,31 @@ pub(super) fn derived<const J: usize, const N: usize>(
         }
     }
     Ok(settings)
+}
+
+/// Refuses a form that a command line asks for and that reads the motion of a base without a sensor.
+pub(super) fn check_override<const J: usize, const N: usize>(
+    settings: &ControllerSettings<N>,
+    arm: &dyn Arm<J, N>,
+    law: Law,
+    mode: BaseAcceleration,
+) -> Result<(), RobotError> {
+    let choice = LawChoice { law, guard: AdaptationGuard::None, fuzzy_sets: FuzzySets::untrained() };
+    let reads = |settings: &ControllerSettings<N>| arm.reads_base(settings, &choice).unwrap_or_default();
+    if dimensions::passive::<J, N>() > 0 || !reads(settings) {
+        return Ok(());
+    }
+    let allowed = BaseAcceleration::ALL.into_iter().filter(|mode| {
+        let mut other = *settings;
+        other.set_base_acceleration(law, *mode).is_ok() && !reads(&other)
+    });
+    let allowed: Vec<_> = allowed.map(BaseAcceleration::name).collect();
+    Err(RobotError::Override(UsageError::new(format!(
+        "--base-acceleration {} with --controller {}: it reads the motion of the base, on which the robot has no sensor, expected {}",
+        mode.name(),
+        law.name(),
+        allowed.join(" or ")
+    ))))
 }
 
 /// Checks that every law of the file can be built.

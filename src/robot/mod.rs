@@ -204,6 +204,9 @@ impl<const J: usize, const N: usize> Robot<J, N> {
             None => control::derived(arm.as_ref(), task.reference.start(), &check)?,
         };
         overrides.apply_to_laws(&mut controllers)?;
+        if let Some((law, mode)) = overrides.base_acceleration {
+            control::check_override(&controllers, arm.as_ref(), law, mode)?;
+        }
         file.controllers = Some(controllers);
         control::check(&controllers, arm.as_ref(), &check)?;
         let protocol = protocol::check(&file.bus, &file.joints, &check)?;

@@ -7,13 +7,15 @@ mod terminal;
 pub mod view;
 
 use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 
 use crate::console;
+use crate::dimensions::OrderedLog;
 use crate::exit::Exit;
+use crate::robot::shape::Shape;
 use crate::signals;
 use snapshot::Snapshot;
 use source::Source;
@@ -44,6 +46,20 @@ pub struct Arguments {
     json: bool,
 }
 
+/// Refuses the log of another robot than the paper's. One that has only begun does not say yet.
+fn refuse_other_robots(path: &Path) -> anyhow::Result<()> {
+    let Ok(run) = OrderedLog::<3, 2>::new(path).run() else { return Ok(()) };
+    match Shape::of(path, &run.robot.toml) {
+        Ok(found) if found != Shape::PAPER => {
+            bail!(
+                "{}: a run of {found}, expected one of a passive base and 2 active joints: `uarm show` shows it",
+                path.display()
+            )
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Shows a log while it grows, or prints what it has told so far.
 ///
 /// # Errors
@@ -53,6 +69,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let Some(path) = source::find(arguments.file.as_deref(), arguments.wait, &stop)? else {
         return Ok(Exit::Ok.into());
     };
+    refuse_other_robots(&path)?;
     let mut source = Source::open(&path)?;
     if arguments.json {
         source.catch_up()?;

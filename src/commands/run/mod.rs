@@ -34,6 +34,7 @@ use crate::reference;
 use crate::report::{RunReport, print_mean};
 use crate::robot::Robot;
 use crate::robot::RobotText;
+use crate::robot::model::Mechanics;
 use crate::robot::overrides::Overrides;
 use crate::robot::shape::for_shape;
 use crate::signals;
@@ -67,9 +68,9 @@ pub struct Arguments {
     /// Drive the real drives on this CAN interface, such as can0 or vcan0
     #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["plant", "virtual_time", "eds"])]
     can: Option<String>,
-    /// What the simulated robot is
-    #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
-    plant: PlantChoice,
+    /// What the simulated robot is; by default "uarm", or "ideal" where the robot file has no [plant]
+    #[arg(long, value_parser = choice::<PlantChoice>(), value_name = "PLANT")]
+    plant: Option<PlantChoice>,
     #[command(flatten)]
     dictionaries: DictionaryArguments,
     /// Run the simulated robot in virtual time: the same loop, as fast as it goes, bit for bit the same each time
@@ -96,7 +97,7 @@ pub struct Arguments {
     /// Run the experiment this many times
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000), value_name = "N")]
     repeat: u32,
-    /// The disturbance (paper eq. 48); by default "paper" on the simulated robot and "none" with --can
+    /// The disturbance (paper eq. 48); by default "paper" on the paper's arm, simulated, and "none" on others and with --can
     #[arg(long, value_parser = choice::<Disturbance>(), value_name = "KIND")]
     disturbance: Option<Disturbance>,
     /// Where the disturbance acts; by default on the simulated plant's joints, and on the sent torque with --can
@@ -134,13 +135,13 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
 
 fn run_robot<const J: usize, const N: usize>(arguments: &Arguments, text: &RobotText) -> anyhow::Result<ExitCode> {
     let robot = robot::<J, N>(arguments, text)?;
-    let place = place(arguments, &robot);
+    let place = place(arguments, &robot)?;
     for line in stability::admit(&robot, arguments.controller, &place)? {
         console::tell(line);
     }
     let stop = signals::stop_request().context("signal handlers")?;
     let session = Session {
-        settings: settings(arguments),
+        settings: settings(arguments, arm_kind(&robot)),
         place,
         realtime: realtime(arguments)?,
         log: arguments.log.clone().unwrap_or_default(),
@@ -221,10 +222,12 @@ fn robot<const J: usize, const N: usize>(arguments: &Arguments, text: &RobotText
 }
 
 /// On drives, what is safe; on the simulated robot, what the paper did.
-fn settings(arguments: &Arguments) -> Settings {
-    let (guard, disturbance, disturbance_site) = match arguments.can {
-        Some(_) => (AdaptationGuard::Bounded, Disturbance::None, DisturbanceSite::Command),
-        None => (AdaptationGuard::None, Disturbance::Paper, DisturbanceSite::Plant),
+fn settings(arguments: &Arguments, arm: ArmKind) -> Settings {
+    let (guard, disturbance, disturbance_site) = match (&arguments.can, arm) {
+        (Some(_), _) => (AdaptationGuard::Bounded, Disturbance::None, DisturbanceSite::Command),
+        (None, ArmKind::Paper) => (AdaptationGuard::None, Disturbance::Paper, DisturbanceSite::Plant),
+        // That of eq. 48 is one for motors of 0.2 N·m.
+        (None, ArmKind::Other) => (AdaptationGuard::None, Disturbance::None, DisturbanceSite::Plant),
     };
     Settings {
         law: arguments.controller,
@@ -237,12 +240,38 @@ fn settings(arguments: &Arguments) -> Settings {
     }
 }
 
-fn place<const J: usize, const N: usize>(arguments: &Arguments, robot: &Robot<J, N>) -> Place {
-    match (&arguments.can, arguments.virtual_time) {
-        (Some(interface), _) => Place::Interface(interface.clone()),
-        (None, true) => Place::SimulatedVirtualTime(arguments.plant.of(robot)),
-        (None, false) => Place::SimulatedRealTime(arguments.plant.of(robot)),
+/// Whose experiment a run is by default.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ArmKind {
+    /// Two active joints behind a base with an encoder.
+    Paper,
+    /// Any other.
+    Other,
+}
+
+fn arm_kind<const J: usize, const N: usize>(robot: &Robot<J, N>) -> ArmKind {
+    match robot.mechanics {
+        Mechanics::ThreeLinks { .. } => ArmKind::Paper,
+        Mechanics::Planar { .. } | Mechanics::Spatial { .. } => ArmKind::Other,
     }
+}
+
+fn place<const J: usize, const N: usize>(arguments: &Arguments, robot: &Robot<J, N>) -> anyhow::Result<Place> {
+    let plant = match arguments.plant {
+        None => PlantChoice::default().of(robot),
+        Some(asked) if asked.of(robot) == asked => asked,
+        Some(_) => {
+            let name = &robot.description.name;
+            let message =
+                format!("--plant uarm: expected ideal or space, since {name} has no [plant], no imperfections");
+            return Err(UsageError::new(message).into());
+        }
+    };
+    Ok(match (&arguments.can, arguments.virtual_time) {
+        (Some(interface), _) => Place::Interface(interface.clone()),
+        (None, true) => Place::SimulatedVirtualTime(plant),
+        (None, false) => Place::SimulatedRealTime(plant),
+    })
 }
 
 fn log_limit(arguments: &Arguments, period: Duration) -> anyhow::Result<SizeLimit> {
@@ -349,7 +378,7 @@ mod tests {
     fn settings_of(options: &[&str]) -> (AdaptationGuard, Disturbance, DisturbanceSite) {
         let words = std::iter::once("run").chain(options.iter().copied());
         let Settings { guard, disturbance, disturbance_site, .. } =
-            settings(&CommandLine::try_parse_from(words).unwrap().arguments);
+            settings(&CommandLine::try_parse_from(words).unwrap().arguments, ArmKind::Paper);
         (guard, disturbance, disturbance_site)
     }
 

@@ -76,10 +76,10 @@ impl<const J: usize, const N: usize> Session<J, N> {
         let period = description.period.duration();
         let bus = description.bus.time;
         lines.push(format!(
-            "  period {period:?}; bus {:.0} us of it at {} bit/s; tracking error at most {:.0} deg",
+            "  period {period:?}; bus {:.0} us of it at {} bit/s; tracking error at most {} deg",
             bus.cyclic.as_secs_f64() * 1e6,
             description.bus.bit_rate.bits_per_second(),
-            description.tracking_error_limit.to_degrees()
+            (description.tracking_error_limit.to_degrees() * 100.0).round() / 100.0
         ));
         lines
     }
