@@ -109,7 +109,8 @@ impl<const N: usize> SimulatedPlant<N> {
                 Self::Planar(serial(PlanarBaseManipulator::planar(dem)).with_disturbance(disturbance))
             }
             (PlantChoice::Space, Mechanics::Planar { space, .. }) => {
-                let space = space.as_ref().and_then(Mechanics::in_space).with_context(no_space)?;
+                let space = space.as_ref().with_context(no_space)?.in_space();
+                let space = FreeFloatingManipulator::free_floating(&space, [dem_model::Joint::about_z(); N]);
                 Self::Floating(serial(space).with_disturbance(disturbance))
             }
             (PlantChoice::Uarm | PlantChoice::Ideal, Mechanics::Spatial { dem, .. }) => {

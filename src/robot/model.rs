@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use dem_model::{
-    Body, DemBase, DemLink, FreeFloatingManipulator, Joint, JointMotion, PlanarBaseManipulator, PlanarDem,
-    PlanarSpaceManipulator, SpaceLink, SpacecraftBody, SpatialSpaceManipulator, SphericalBaseManipulator, ThreeLinkDem,
+    DemBase, DemLink, Joint, JointMotion, PlanarBaseManipulator, PlanarDem, PlanarSpaceManipulator, SpaceLink,
+    SpacecraftBody, SpatialSpaceManipulator, SphericalBaseManipulator, ThreeLinkDem,
 };
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use uarm_log::description::LinkDescription;
 use uarm_loop::dimensions;
 use uarm_urdf::{Arm as UrdfArm, Selection, Spacecraft};
@@ -85,30 +85,6 @@ impl<const N: usize> Mechanics<N> {
                 std::iter::once(base).chain(links).collect()
             }
         }
-    }
-
-    /// A space manipulator in the plane, as one of bodies in space that stay in it.
-    pub fn in_space(space: &PlanarSpaceManipulator<f64, N>) -> Option<FreeFloatingManipulator<f64, N>> {
-        let along = |distance: f64| Vector3::new(distance, 0.0, 0.0);
-        let about = Matrix3::from_diagonal_element;
-        let body = space.spacecraft();
-        let spacecraft = SpacecraftBody {
-            mass: body.mass,
-            inertia: about(body.inertia),
-            centre_of_mass_to_joint: along(body.centre_of_mass_to_joint),
-        };
-        let links = space.links().map(|link| SpaceLink {
-            mass: link.mass,
-            inertia: about(link.inertia),
-            joint_to_centre_of_mass: along(link.joint_to_centre_of_mass),
-            centre_of_mass_to_joint: along(link.centre_of_mass_to_joint),
-        });
-        let mut joints = Vec::with_capacity(N);
-        for index in 0..N {
-            joints.push(Joint::new(JointMotion::Revolute, Vector3::z(), Body::Link(index + 2)).ok()?);
-        }
-        let manipulator = SpatialSpaceManipulator::new(spacecraft, links).ok()?;
-        Some(FreeFloatingManipulator::free_floating(&manipulator, joints.try_into().ok()?))
     }
 }
 

@@ -145,6 +145,34 @@ impl<T, const LINKS: usize, D, I> SpaceManipulator<T, LINKS, D, I> {
     }
 }
 
+impl<T: Scalar, const LINKS: usize> PlanarSpaceManipulator<T, LINKS> {
+    /// The same manipulator in space: its bodies lie along x while all angles are zero, and its joints turn about z. Inertias
+    /// about the other axes, which have no effect then, are set to that about z.
+    ///
+    /// ```
+    /// use dem_model::PlanarSpaceManipulator;
+    /// let arm = PlanarSpaceManipulator::<f64, 2>::table_1();
+    /// assert_eq!(arm.in_space().total_mass(), arm.total_mass());
+    /// ```
+    pub fn in_space(&self) -> SpatialSpaceManipulator<T, LINKS> {
+        let along = |distance: T| Vector3::new(distance, T::zero(), T::zero());
+        let about = Matrix3::<T>::from_diagonal_element;
+        SpaceManipulator {
+            spacecraft: SpacecraftBody {
+                mass: self.spacecraft.mass,
+                inertia: about(self.spacecraft.inertia),
+                centre_of_mass_to_joint: along(self.spacecraft.centre_of_mass_to_joint),
+            },
+            links: self.links.map(|link| SpaceLink {
+                mass: link.mass,
+                inertia: about(link.inertia),
+                joint_to_centre_of_mass: along(link.joint_to_centre_of_mass),
+                centre_of_mass_to_joint: along(link.centre_of_mass_to_joint),
+            }),
+        }
+    }
+}
+
 impl<T: Scalar> PlanarSpaceManipulator<T, 2> {
     /// The space manipulator of the paper's Table 1.
     pub fn table_1() -> Self {

@@ -115,7 +115,7 @@ fn turned(axis: [f64; 3], angle: f64) -> Quaternion {
     Quaternion { x, y, z, w: (angle / 2.0).cos() }
 }
 
-/// From x to `direction`, of length `length`; upright where that is none.
+/// The rotation from the x axis to a direction of this length, m; none for a link without length.
 fn pointing([x, y, z]: [f64; 3], length: f64) -> Quaternion {
     // Half the way between both directions is the axis of half a turn.
     let (x, y, z) = if length > 0.0 { (x / length, y / length, z / length) } else { (1.0, 0.0, 0.0) };

@@ -4,8 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use dem_model::nalgebra::{Matrix3, Vector3};
-use dem_model::{Body, Joint, JointMotion, PlanarSpaceManipulator, SpaceLink, SpacecraftBody, SpatialSpaceManipulator};
+use dem_model::{Joint, PlanarSpaceManipulator, SpaceLink, SpacecraftBody};
 use serde::{Deserialize, Serialize};
 use uarm_urdf::{Base, Names};
 
@@ -91,27 +90,10 @@ fn map_links<const LINKS: usize>(manipulator: &file::SpaceManipulator) -> anyhow
     Ok((rows, chains(&manipulator)?))
 }
 
-/// The manipulator in space: its links lie along x while all angles are zero, and turn about z. Inertias about other axes,
-/// which have no effect, are set to the same.
+/// The manipulator in space.
 fn chains<const LINKS: usize>(planar: &PlanarSpaceManipulator<f64, LINKS>) -> anyhow::Result<Chains> {
-    let along = |distance: f64| Vector3::new(distance, 0.0, 0.0);
-    let about = Matrix3::from_diagonal_element;
-    let body = planar.spacecraft();
-    let spacecraft = SpacecraftBody {
-        mass: body.mass,
-        inertia: about(body.inertia),
-        centre_of_mass_to_joint: along(body.centre_of_mass_to_joint),
-    };
-    let links = planar.links().map(|link| SpaceLink {
-        mass: link.mass,
-        inertia: about(link.inertia),
-        joint_to_centre_of_mass: along(link.joint_to_centre_of_mass),
-        centre_of_mass_to_joint: along(link.centre_of_mass_to_joint),
-    });
-    let manipulator = SpatialSpaceManipulator::new(spacecraft, links)?;
-    let joint = Joint::new(JointMotion::Revolute, Vector3::z(), Body::Base)?;
     let names = Names::numbered("space_manipulator", "spacecraft", LINKS);
-    Ok(Chains::new(&names, Base::Planar, &manipulator, &[joint; LINKS]))
+    Ok(Chains::new(&names, Base::Planar, &planar.in_space(), &[Joint::about_z(); LINKS]))
 }
 
 /// Prints the equivalent manipulator.

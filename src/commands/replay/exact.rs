@@ -71,7 +71,7 @@ fn print_exact<const J: usize, const N: usize>(
     };
     let compared =
         format!("{cycles}{of_all} cycles from {from:.3} s, {signals} signals and {keyframes} keyframes compared");
-    if !replay.has_compared() {
+    if !replay.has_compared() || *cycles == 0 {
         writeln!(output, "  {compared}: NOTHING was compared")?;
     } else if replay.differing_cycles == 0 && replay.lost_cycles > 0 {
         writeln!(output, "  {compared}: these are equal, bit for bit")?;

@@ -38,7 +38,7 @@ impl<T: Scalar> Joint<T> {
     }
 
     /// A revolute joint of an arm in the plane.
-    pub(super) fn about_z() -> Self {
+    pub fn about_z() -> Self {
         Self { motion: JointMotion::Revolute, axis: Vector3::z_axis() }
     }
 

@@ -63,7 +63,7 @@ fn beyond_a_limit_the_law_is_not_asked() {
     assert_eq!(law.told, []);
 }
 
-/// The estimator makes an angle that is none of an acceleration that is none.
+/// The estimator makes NaN of the angle when its acceleration is NaN.
 #[test]
 fn an_estimate_that_is_no_number_does_not_reach_the_law() {
     let mut law = FakeLaw::constant(0.0, 0.0);
