@@ -2,6 +2,7 @@
 
 use hinf_control::Controller;
 use uarm_io::drive::network::{Learned, StopReport};
+use uarm_io::drive::odrive::Identified;
 use uarm_io::drive::{DriveNetwork, OdriveNetwork};
 use uarm_io::embedded_can::StandardId;
 use uarm_io::link::Link;
@@ -59,12 +60,14 @@ pub struct ToDrives<L> {
     pub link: L,
     /// Is told what was learned of each CANopen drive, before any has power.
     pub learned: Learned,
+    /// Is told what each ODrive axis says that it is.
+    pub identified: Identified,
 }
 
 impl<L> ToDrives<L> {
     /// Over `link`, and nobody is told.
     pub const fn over(link: L) -> Self {
-        Self { link, learned: |_, _, _| {} }
+        Self { link, learned: |_, _, _| {}, identified: |_, _| {} }
     }
 }
 
@@ -91,7 +94,8 @@ where
             Ok(ended(run(robot, settings, controller, drives, clock, recorder, observer)?))
         }
         Protocol::Odrive(positions) => {
-            let drives = OdriveNetwork::new(way.link, robot.odrive_configuration(positions)?);
+            let mut drives = OdriveNetwork::new(way.link, robot.odrive_configuration(positions)?);
+            drives.on_identified(way.identified);
             Ok(ended(run(robot, settings, controller, drives, clock, recorder, observer)?))
         }
     }
@@ -173,7 +177,7 @@ mod tests {
         assert_eq!(configuration.positions, Positions::OnRequest);
     }
 
-    /// Node times 32 plus what an axis sends (01h, 09h) and what only its master does; for CANopen 80h, 180h, 580h and 700h plus the node.
+    /// Node times 32 plus what an axis sends (00h, 01h, 09h, 15h, 17h) and what only its master does; for CANopen 80h, 180h, 580h and 700h plus the node.
     #[test]
     fn the_kernel_lets_through_what_the_drives_of_the_protocol_send() {
         let of = |robot: &LoopRobot| {
@@ -181,7 +185,7 @@ mod tests {
             raw.sort_unstable();
             raw
         };
-        let axis = [0x01, 0x02, 0x07, 0x09, 0x0B, 0x0E, 0x18];
+        let axis = [0x00, 0x01, 0x02, 0x07, 0x09, 0x0B, 0x0E, 0x15, 0x17, 0x18];
         let expected: Vec<u16> =
             [0x20, 0x40, 0x60].iter().flat_map(|node| axis.map(|message| node + message)).collect();
         assert_eq!(of(&odrive(&[])), expected);

@@ -22,7 +22,7 @@ use uarm_loop::dimensions;
 use uarm_loop::robot::{Bus, Joint, Protocol};
 
 use crate::bought::{Bought, BoughtDrive};
-use crate::eds::{maker_dictionary, with_good_readings};
+use crate::eds::{good_readings, maker_dictionary, with_good_readings};
 use crate::robot::Robot;
 use crate::robot::model::Mechanics;
 
@@ -362,7 +362,12 @@ fn axis(bus: &Bus, positions: Positions, index: usize, joint: &Joint) -> anyhow:
         clock_error_ppm: CLOCK_ERRORS_PPM[index % CLOCK_ERRORS_PPM.len()],
     })
     .with_context(|| joint.name.clone())
-    .map(|axis| axis.behind(scale.transmission))
+    .map(|axis| {
+        let axis = axis.behind(scale.transmission);
+        let axis = joint.drive.identity.product.map_or(axis, |product| axis.with_product(product));
+        let [supply, temperature] = good_readings(&joint.drive.readings);
+        axis.with_readings(supply, temperature)
+    })
 }
 
 fn encoder(joint: &Joint) -> anyhow::Result<EncoderDescription> {

@@ -14,7 +14,7 @@ use crate::text_file;
 
 pub use drive::maker_dictionary;
 pub use objects::DictionaryObjects;
-pub use readings::{unstated, with_good_readings};
+pub use readings::{good_readings, unstated, with_good_readings};
 
 /// Reads an EDS or DCF file, and tells on standard error what in it cannot be read.
 ///

@@ -1,7 +1,7 @@
 //! What a robot file watches in a drive of which there is a dictionary only: a measurement is none of a dictionary's values.
 
 use uarm_eds::{Dictionary, Kind, Value};
-use uarm_io::drive::readings::{Quantity, Reading, Readings};
+use uarm_io::drive::readings::{QUANTITIES, Quantity, Reading, Readings};
 use uarm_sim::drive::DriveDictionary;
 
 /// What the supply of the paper's drives has, V.
@@ -43,18 +43,42 @@ pub fn with_good_readings(
     })
 }
 
+/// A good supply, V, and a good temperature, °C, of a simulated drive that tells both as they are.
+pub fn good_readings(readings: &Readings) -> [f32; QUANTITIES] {
+    let mut places = readings.iter().zip(Quantity::ALL);
+    [(); QUANTITIES].map(|()| {
+        places.next().map_or(0.0, |(reading, quantity)| {
+            let limits = reading.map(|reading| reading.limits.warn());
+            limits.map_or(usual(quantity), |limits| well_within(usual(quantity), limits)) as f32
+        })
+    })
+}
+
+/// `usual`, or what is so far within the limits that an `f32` is, too.
+fn well_within(usual: f64, [least, most]: [f64; 2]) -> f64 {
+    match (least.is_finite(), most.is_finite()) {
+        _ if (least..=most).contains(&usual) => usual,
+        (true, true) => f64::midpoint(least, most),
+        (true, false) => least + 1.0,
+        _ => most - 1.0,
+    }
+}
+
+const fn usual(quantity: Quantity) -> f64 {
+    match quantity {
+        Quantity::SupplyVoltage => USUAL_VOLTAGE,
+        Quantity::Temperature => USUAL_TEMPERATURE,
+    }
+}
+
 fn of(readings: &Readings) -> impl Iterator<Item = (Quantity, &Reading)> {
     Quantity::ALL.into_iter().zip(readings).filter_map(|(quantity, reading)| Some((quantity, reading.as_ref()?)))
 }
 
 /// What the object reads when all is well: the usual value, or the nearest to it of which nothing is said.
 fn good(quantity: Quantity, reading: &Reading) -> i128 {
-    let usual = match quantity {
-        Quantity::SupplyVoltage => USUAL_VOLTAGE,
-        Quantity::Temperature => USUAL_TEMPERATURE,
-    };
     let [least, most] = reading.limits.warn().map(|limit| limit / reading.scale);
-    let usual = usual / reading.scale;
+    let usual = usual(quantity) / reading.scale;
     let whole = if usual < least {
         least.ceil()
     } else if usual > most {
@@ -92,6 +116,20 @@ mod tests {
             assert_eq!(found, expected, "{quantity:?} {limits:?}");
             assert_eq!(reading.limits.verdict(found as f64 * scale), Verdict::Good);
         }
+    }
+
+    #[test]
+    fn a_good_value_is_well_within_its_limits() {
+        for (limits, expected) in [
+            ([20.0, 28.0], 24.0),
+            ([40.3, 56.3], 48.3),
+            ([40.0, f64::INFINITY], 41.0),
+            ([f64::NEG_INFINITY, 12.0], 11.0),
+        ] {
+            let found = well_within(24.0, limits);
+            assert!((found - expected).abs() < 1e-9, "{limits:?}: {found}");
+        }
+        assert_eq!(good_readings(&[None, None]), [24.0, 30.0]);
     }
 
     #[test]

@@ -21,6 +21,16 @@ pub(super) fn check(bus: &file::Bus, joints: &[file::Joint], check: &Checker<'_>
             let expected = format!("a node id of an ODrive axis, {} to {}", range.start(), range.end());
             return Err(check.refuse(format!("joints[{index}].node"), joint.node, expected));
         }
+        for (name, number) in [("vendor", joint.drive.identity.vendor), ("serial", joint.drive.identity.serial)] {
+            if let Some(number) = number {
+                let field = format!("joints[{index}].drive.identity.{name}");
+                return Err(check.refuse(
+                    field,
+                    number,
+                    "absent: Get_Version of an ODrive axis tells its product only",
+                ));
+            }
+        }
         if !joint.drive.writes.is_empty() {
             let field = format!("joints[{index}].drive.writes");
             let expected = "none: ODrive axes have no CANopen objects";
@@ -73,6 +83,19 @@ mod tests {
         assert!(message.contains("bus.odrive"), "{message}");
         let message = refused("bitrate_hz = 1000000", "bitrate_hz = 250000");
         assert!(message.contains("bus time"), "the budget is that of the protocol's frames: {message}");
+    }
+
+    /// Hardware is all that an axis tells.
+    #[test]
+    fn an_odrive_axis_is_pinned_by_its_product() {
+        let pinned = |identity| {
+            protocol(ODRIVE, "\ndrive = { ", &format!("\ndrive = {{ identity = {{ {identity} }}, ")).map(drop)
+        };
+        assert_eq!(pinned("product = 0x0004043A"), Ok(()));
+        for (identity, field) in [("vendor = 1", "identity.vendor = 1"), ("serial = 7", "identity.serial = 7")] {
+            let message = pinned(identity).unwrap_err();
+            assert!(message.contains(&format!("joints[0].drive.{field}: expected absent")), "{message}");
+        }
     }
 
     /// Logs written before there was a choice and those of CANopen robots have the same text.

@@ -11,6 +11,9 @@ use super::file::{self, Protocol, RobotFile};
 const SUPPLY_VOLTAGE: file::ReadObject =
     file::ReadObject { index: 0x6079, subindex: 0, kind: file::ObjectType::U32, unit: 1e-3 };
 
+/// No object: the place of a number in V or °C that an axis tells in a message, with the range that any of them has.
+const OF_MESSAGE: file::ReadObject = file::ReadObject { index: 0, subindex: 0, kind: file::ObjectType::I16, unit: 1.0 };
+
 /// What is read of the drive of joint `index`.
 pub(super) fn check<const N: usize>(
     index: usize,
@@ -26,17 +29,19 @@ pub(super) fn check<const N: usize>(
         };
         let Some(limits) = limits else { continue };
         let field = format!("joints[{index}].drive.{name}");
-        if file.bus.protocol != Protocol::Canopen {
-            return Err(check.refuse(
-                field,
-                "a table",
-                "none: only drives with bus.protocol = \"canopen\" are asked for it",
-            ));
-        }
+        let usual = match file.bus.protocol {
+            Protocol::Canopen => usual,
+            Protocol::Odrive if limits.object.is_none() => Some(OF_MESSAGE),
+            Protocol::Odrive => {
+                let expected = "absent: an ODrive axis tells it in a message of its own";
+                return Err(check.refuse(format!("{field}.object"), "a table", expected));
+            }
+        };
         *reading = Some(one(&field, limits, usual, check)?);
     }
     if let [Some(voltage), Some(temperature)] = &readings
         && voltage.object == temperature.object
+        && file.bus.protocol == Protocol::Canopen
     {
         let field = format!("joints[{index}].drive.temperature_c.object");
         return Err(check.refuse(field, Named(temperature.object), "another than that of supply_voltage_v"));
@@ -124,6 +129,27 @@ mod tests {
         assert_eq!(temperature.scale, 0.1);
         assert_eq!(temperature.limits.verdict(75.0), Verdict::Warning);
         assert_eq!(temperature.limits.verdict(-40.0), Verdict::Good);
+    }
+
+    #[test]
+    fn an_odrive_axis_tells_both_in_messages_of_its_own() {
+        let with = |keys: &str| {
+            let text = include_str!("../../robots/uarm-odrive.toml").replacen(
+                "\ndrive = { ",
+                &format!("\ndrive = {{ {keys}, "),
+                1,
+            );
+            assert!(text.contains(keys));
+            let robot = Robot::parse(Path::new("test.toml"), &text, &Overrides::default());
+            robot.map(|robot| robot.description.joints[0].drive.readings).map_err(|error| error.to_string())
+        };
+        let [voltage, temperature] =
+            with("supply_voltage_v = { stop_below = 20.0 }, temperature_c = { stop_above = 80.0 }").unwrap();
+        assert_eq!(voltage.unwrap().limits.stop(), [20.0, f64::INFINITY]);
+        assert_eq!(temperature.unwrap().limits.stop(), [f64::NEG_INFINITY, 80.0]);
+        let object = "temperature_c = { stop_above = 80.0, object = { index = 0x2010, subindex = 0, type = \"i16\", unit = 0.1 } }";
+        let message = with(object).unwrap_err();
+        assert!(message.contains("joints[0].drive.temperature_c.object = a table: expected absent"), "{message}");
     }
 
     #[test]

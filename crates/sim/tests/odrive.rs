@@ -9,6 +9,7 @@ use uarm_io::drive::odrive::wire::{AxisNode, AxisState};
 use uarm_io::drive::odrive::{
     OdriveAxis, OdriveConfiguration, OdriveCycleError, OdriveNetwork, OdriveStartError, OdriveTimes, Positions,
 };
+use uarm_io::drive::readings::{Quantity, ReadingLimits};
 use uarm_io::encoder::{CountsPerRevolution, Direction};
 use uarm_io::time::Clock;
 use uarm_io::torque::RatedTorque;
@@ -50,12 +51,23 @@ fn robot(change: impl Fn(AxisDescription) -> AxisDescription, pacing: Pacing) ->
 }
 
 fn network(positions: Positions, robot: Robot) -> (Network, VirtualClock) {
+    network_with(positions, robot, |axis| axis)
+}
+
+fn network_with(
+    positions: Positions,
+    robot: Robot,
+    change: impl Fn(OdriveAxis) -> OdriveAxis,
+) -> (Network, VirtualClock) {
     let clock = VirtualClock::new();
-    let axes = [1, 2, 3].map(|node| OdriveAxis {
+    let axis = |node| OdriveAxis {
         node: AxisNode::new(node).unwrap(),
         counts_per_turn: CountsPerRevolution::new(COUNTS).unwrap(),
         rated_torque: RatedTorque::from_millinewton_metres(200).unwrap(),
-    });
+        product: None,
+        readings: [None; 2],
+    };
+    let axes = [1, 2, 3].map(|node| change(axis(node)));
     let configuration = OdriveConfiguration { axes, positions, times: OdriveTimes::usual() };
     (OdriveNetwork::new(InProcessLink::new(robot, clock.clone()), configuration), clock)
 }
@@ -138,6 +150,56 @@ fn an_axis_error_ends_the_run_and_the_next_start_clears_it() {
     network.stop(&clock);
     network.link_mut().robot_mut().repair(Joint::TWO);
     network.start(&clock).unwrap();
+}
+
+/// 20 to 28 V, up to 80 degrees.
+fn watched(axis: OdriveAxis) -> OdriveAxis {
+    let supply = ReadingLimits::new([20.0, 28.0], [20.0, 28.0]);
+    let temperature = ReadingLimits::new([f64::NEG_INFINITY, 80.0], [f64::NEG_INFINITY, 80.0]);
+    OdriveAxis { readings: [supply, temperature], ..axis }
+}
+
+#[test]
+fn an_axis_tells_who_it_is_its_supply_and_its_temperature() {
+    let axes = [1, 2, 3].map(|node| AxisParameters::new(axis(node)).unwrap().with_product(0x0004_043A));
+    let robot = EmulatedOdrives::new(DemPlant::new(ThreeLinkDem::table_2()), axes, Pacing::WallClock).unwrap();
+    let pinned = |axis| OdriveAxis { product: Some(0x0004_043A), ..watched(axis) };
+    let (mut network, clock) = network_with(Positions::OnRequest, robot, pinned);
+    network.start(&clock).unwrap();
+    assert!(network.identities().iter().all(|identity| identity.product == Some(0x0004_043A)));
+    for node in network.health().nodes {
+        assert_eq!(node.readings, [Some(24.0), Some(30.0)], "{node:?}");
+    }
+}
+
+#[test]
+fn a_supply_or_temperature_beyond_its_limits_ends_the_run_and_so_does_silence() {
+    type Error = OdriveCycleError<uarm_sim::InProcessError>;
+    let beyond = |error: &Error| match error {
+        OdriveCycleError::Reading { axis, found } => Some((axis.raw(), found.quantity)),
+        OdriveCycleError::NoReading { axis, quantity } => Some((axis.raw(), *quantity)),
+        _ => None,
+    };
+    for (fault, quantity, is_told) in [
+        (AxisFault::SupplyVoltage { millivolts: 19_900 }, Quantity::SupplyVoltage, "19.9 V"),
+        (AxisFault::Temperature { tenths: 801 }, Quantity::Temperature, "80.1 deg C"),
+        (AxisFault::ReadingsSilent, Quantity::SupplyVoltage, "does not tell its supply voltage any more"),
+    ] {
+        let pacing = Pacing::Lockstep { period: PERIOD };
+        let (mut network, mut clock) = network_with(Positions::OnRequest, robot(|axis| axis, pacing).unwrap(), watched);
+        network.start(&clock).unwrap();
+        // 1.2 s: each quantity of each axis every 0.3 s.
+        for _ in 0..400 {
+            cycle(&mut network, &mut clock, [0; 3]).unwrap();
+        }
+        network.link_mut().robot_mut().inject(Joint::TWO, fault);
+        let error = (0..400).find_map(|_| cycle(&mut network, &mut clock, [0; 3]).err()).expect("an error");
+        assert_eq!(beyond(&error), Some((2, quantity)), "{fault:?}: {error}");
+        assert!(error.to_string().contains(is_told), "{fault:?}: {error}");
+        assert!(network.stop(&clock).all_off());
+        network.link_mut().robot_mut().repair(Joint::TWO);
+        network.start(&clock).unwrap();
+    }
 }
 
 #[test]

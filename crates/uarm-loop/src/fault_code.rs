@@ -215,9 +215,11 @@ impl<E> Coded for OdriveStartError<E> {
             Self::AnotherMaster(_) => FaultCode::OtherMaster,
             Self::TwoAxes { .. } => FaultCode::TwoDrivesOneNode,
             Self::NotHeard { .. } => FaultCode::DriveNotFound,
+            Self::Reading { found, .. } => of_reading(found.quantity),
+            Self::NoReading { .. } => FaultCode::ReadingMissing,
             Self::NotReached { .. } | Self::NoPosition { .. } => FaultCode::DriveNotReady,
             Self::Position { .. } => FaultCode::EncoderImplausible,
-            Self::Unrequested { .. } => FaultCode::DriveRefused,
+            Self::Unrequested { .. } | Self::AnotherProduct { .. } => FaultCode::DriveRefused,
             Self::NoWatchdog { .. } => FaultCode::WatchdogSilent,
         }
     }
@@ -231,6 +233,8 @@ impl<E> Coded for OdriveCycleError<E> {
             Self::TwoAxes { .. } => FaultCode::TwoDrivesOneNode,
             Self::Position { .. } => FaultCode::EncoderImplausible,
             Self::NotArmed { .. } => FaultCode::DriveNotEnabled,
+            Self::Reading { found, .. } => of_reading(found.quantity),
+            Self::NoReading { .. } => FaultCode::ReadingMissing,
             Self::Lost { .. } => FaultCode::DriveSilent,
         }
     }

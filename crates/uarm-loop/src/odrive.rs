@@ -47,6 +47,8 @@ fn axis(joint: &Joint) -> OdriveAxis {
         // The axis counts turns of its motor, on which the encoder is.
         counts_per_turn: of_motor(joint),
         rated_torque: joint.torque_scale.rated_torque,
+        product: joint.drive.identity.product,
+        readings: joint.drive.readings.map(|reading| reading.map(|reading| reading.limits)),
     }
 }
 

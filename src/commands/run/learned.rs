@@ -1,5 +1,6 @@
 //! What a robot file says in words of its drives, and what the drives said of themselves, before they have power.
 
+use uarm_io::drive::DriveIdentity;
 use uarm_io::drive::objects::{MAXIMUM_CURRENT, MAXIMUM_TORQUE};
 use uarm_io::drive::plan::{Finding, Findings, Verdict};
 use uarm_io::drive::survey::Survey;
@@ -25,6 +26,11 @@ pub fn print(node: u8, survey: &Survey, findings: &Findings) {
     for line in lines(node, survey, findings) {
         eprintln!("{line}");
     }
+}
+
+/// Prints on stderr what an ODrive axis says that it is.
+pub fn print_identity(node: u8, identity: &DriveIdentity) {
+    eprintln!("  node {node}: {identity}");
 }
 
 fn lines(node: u8, survey: &Survey, findings: &Findings) -> Vec<String> {

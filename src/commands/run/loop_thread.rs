@@ -135,7 +135,7 @@ fn to_drives<L, const J: usize>(place: &Place, bought: &Bought<J>, link: L) -> T
     match place {
         Place::SimulatedRealTime(_) | Place::SimulatedVirtualTime(_) if bought.is_none() => ToDrives::over(link),
         Place::Interface(_) | Place::SimulatedRealTime(_) | Place::SimulatedVirtualTime(_) => {
-            ToDrives { learned: learned::print, ..ToDrives::over(link) }
+            ToDrives { link, learned: learned::print, identified: learned::print_identity }
         }
     }
 }

@@ -5,7 +5,9 @@ use crate::outbox::Outbox;
 use crate::plant::Brake;
 use core::time::Duration;
 use uarm_io::drive::odrive::axis_error::AxisError;
-use uarm_io::drive::odrive::wire::{self, AxisState, ControllerMode, EncoderEstimates, Heartbeat, Message};
+use uarm_io::drive::odrive::wire::{
+    self, AxisState, ControllerMode, EncoderEstimates, Heartbeat, Message, Supply, Temperature,
+};
 use uarm_io::time::Instant;
 
 /// A fault that a test injects. They last until they are repaired.
@@ -16,7 +18,22 @@ pub enum AxisFault {
     Error(AxisError),
     /// The plug comes off the bus: the axis hears and says nothing, and goes on by itself.
     BusDisconnected,
+    /// Its supply reads as this.
+    SupplyVoltage {
+        /// mV.
+        millivolts: u32,
+    },
+    /// Its motor's temperature reads as this.
+    Temperature {
+        /// 0.1 °C.
+        tenths: i16,
+    },
+    /// It answers no request for temperatures or supply any more.
+    ReadingsSilent,
 }
+
+/// Temperature of an inverter that does little, °C.
+const AMBIENT: f32 = 20.0;
 
 /// One emulated axis.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +49,9 @@ pub struct EmulatedAxis {
     heartbeat_due: Option<Instant>,
     estimates_due: Option<Instant>,
     watchdog_due: Option<Instant>,
+    supply: f32,
+    temperature: f32,
+    readings_silent: bool,
 }
 
 impl EmulatedAxis {
@@ -49,6 +69,9 @@ impl EmulatedAxis {
             heartbeat_due: None,
             estimates_due: None,
             watchdog_due: None,
+            supply: parameters.supply,
+            temperature: parameters.temperature,
+            readings_silent: false,
         }
     }
 
@@ -101,12 +124,17 @@ impl EmulatedAxis {
                 self.fail(error);
             }
             AxisFault::BusDisconnected => self.off_bus = true,
+            AxisFault::SupplyVoltage { millivolts } => self.supply = narrow(f64::from(millivolts) * 1e-3),
+            AxisFault::Temperature { tenths } => self.temperature = f32::from(tenths) * 0.1,
+            AxisFault::ReadingsSilent => self.readings_silent = true,
         }
     }
 
     pub(super) fn repair(&mut self) {
         self.lasting_error = AxisError::default();
         self.off_bus = false;
+        self.readings_silent = false;
+        (self.supply, self.temperature) = (self.parameters.supply, self.parameters.temperature);
     }
 
     /// Takes the joint's angle, rad, into the position estimate.
@@ -141,9 +169,31 @@ impl EmulatedAxis {
                 return !self.is_armed();
             }
             Message::Estop => self.fail(AxisError::ESTOP_REQUESTED),
-            Message::Heartbeat | Message::EncoderEstimates => {}
+            Message::Version
+            | Message::Heartbeat
+            | Message::EncoderEstimates
+            | Message::Temperature
+            | Message::BusVoltageCurrent => {}
         }
         false
+    }
+
+    /// Answers a request for anything but the position.
+    pub(super) fn tell(&self, message: Message, now: Instant, outbox: &mut Outbox) {
+        let node = self.parameters.node;
+        let answer = match message {
+            Message::Version => Some(self.parameters.version.frame(node)),
+            Message::Temperature if !self.readings_silent => {
+                Some(Temperature { inverter: AMBIENT, motor: self.temperature }.frame(node))
+            }
+            Message::BusVoltageCurrent if !self.readings_silent => {
+                Some(Supply { voltage: self.supply, current: 0.0 }.frame(node))
+            }
+            _ => None,
+        };
+        if let Some(frame) = answer.filter(|_| !self.off_bus) {
+            outbox.push(frame, now);
+        }
     }
 
     /// Sends the position, as it was last measured.

@@ -2,7 +2,7 @@
 
 use crate::drive::{Encoder, EncoderDescription, EncoderError};
 use core::time::Duration;
-use uarm_io::drive::odrive::wire::AxisNode;
+use uarm_io::drive::odrive::wire::{AxisNode, Version};
 use uarm_io::encoder::Direction;
 use uarm_io::gear::Transmission;
 
@@ -75,7 +75,17 @@ pub struct AxisParameters {
     pub(super) encoder_phase: Duration,
     pub(super) watchdog: Option<Duration>,
     pub(super) transmission: Transmission,
+    pub(super) version: Version,
+    pub(super) supply: f32,
+    pub(super) temperature: f32,
 }
+
+/// What it says of itself: no product of the maker, with the firmware whose messages it speaks.
+const VERSION: Version = Version { protocol: 2, hardware: [0, 0, 0], firmware: [0, 6, 0], unreleased: 0 };
+/// V.
+const SUPPLY: f32 = 24.0;
+/// °C.
+const TEMPERATURE: f32 = 30.0;
 
 /// The shortest period of a message.
 const SHORTEST: Duration = Duration::from_millis(1);
@@ -107,7 +117,23 @@ impl AxisParameters {
             encoder_phase: own_time(description.encoder_phase),
             watchdog: some(description.watchdog),
             transmission: Transmission::DIRECT,
+            version: VERSION,
+            supply: SUPPLY,
+            temperature: TEMPERATURE,
         })
+    }
+
+    /// The same axis on this hardware, as [`Version::product`] counts it.
+    #[must_use]
+    pub const fn with_product(self, product: u32) -> Self {
+        let [_, major, minor, variant] = product.to_be_bytes();
+        Self { version: Version { hardware: [major, minor, variant], ..self.version }, ..self }
+    }
+
+    /// The same axis with this supply, V, and this temperature of its motor, °C.
+    #[must_use]
+    pub const fn with_readings(self, supply: f32, temperature: f32) -> Self {
+        Self { supply, temperature, ..self }
     }
 
     /// The same axis with a gear between its motor, on which the encoder is, and the joint.

@@ -198,13 +198,16 @@ impl<P: Plant<J> + Clone, const J: usize> RobotOnBus for EmulatedOdrives<P, J> {
         self.on_time(now, outbox);
         let Some((message, node)) = Message::of(frame.id()) else { return };
         let Some(index) = self.axes.iter().position(|axis| axis.parameters().node() == node) else { return };
-        if message == Message::EncoderEstimates {
-            // With data it is an axis's message, not a request.
-            if frame.data().is_empty() {
-                self.on_request(index, now, outbox);
+        // With data a message of an axis is no request.
+        match (Message::OF_AXIS.contains(&message), message) {
+            (true, _) if !frame.data().is_empty() => {}
+            (true, Message::EncoderEstimates) => self.on_request(index, now, outbox),
+            (true, _) => {
+                if let Some(axis) = self.axes.get(index) {
+                    axis.tell(message, now, outbox);
+                }
             }
-        } else {
-            self.on_message(index, message, frame.data(), now);
+            (false, _) => self.on_message(index, message, frame.data(), now),
         }
     }
 }

@@ -19,15 +19,17 @@ pub mod axis_error;
 mod configuration;
 mod cycle;
 mod error;
+mod inquiry;
 mod master;
 mod start;
 mod stop;
 pub mod turns;
+mod watched;
 pub mod wire;
 
 pub use configuration::{OdriveAxis, OdriveConfiguration, OdriveTimes, Positions};
 pub use error::{ForeignCommand, OdriveCycleError, OdriveStartError};
-pub use master::OdriveNetwork;
+pub use master::{Identified, OdriveNetwork};
 
 #[cfg(test)]
 mod tests;

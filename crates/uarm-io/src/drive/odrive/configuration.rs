@@ -1,6 +1,7 @@
 //! What the master must know of the axes.
 
 use super::wire::{AxisNode, Message};
+use crate::drive::readings::{QUANTITIES, ReadingLimits};
 use crate::encoder::CountsPerRevolution;
 use crate::time::Duration;
 use crate::torque::RatedTorque;
@@ -21,7 +22,7 @@ pub enum Positions {
 }
 
 /// One axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdriveAxis {
     /// Its node id.
     pub node: AxisNode,
@@ -29,6 +30,10 @@ pub struct OdriveAxis {
     pub counts_per_turn: CountsPerRevolution,
     /// The torque of 1000 per mille. The axis gets N·m; per mille are the loop's unit.
     pub rated_torque: RatedTorque,
+    /// Which hardware it must be, as [`Version::product`](super::wire::Version::product) counts it; `None` is any.
+    pub product: Option<u32>,
+    /// Between which values its supply voltage and the higher of its temperatures may be; what has no limits is not asked for.
+    pub readings: [Option<ReadingLimits>; QUANTITIES],
 }
 
 /// How often something is said, and how long its absence is borne.
@@ -66,7 +71,7 @@ impl OdriveTimes {
 }
 
 /// All axes, joint 1 first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdriveConfiguration<const JOINTS: usize> {
     /// Each axis.
     pub axes: [OdriveAxis; JOINTS],
@@ -80,8 +85,7 @@ impl<const JOINTS: usize> OdriveConfiguration<JOINTS> {
     /// The identifiers that the axes send, and those that only their master sends: another's frames then.
     pub fn receive_identifiers(&self) -> impl Iterator<Item = StandardId> + '_ {
         self.axes.iter().flat_map(|axis| {
-            let of_axis = [Message::Heartbeat, Message::EncoderEstimates];
-            of_axis.into_iter().chain(Message::OF_MASTER).map(|message| message.identifier(axis.node))
+            Message::OF_AXIS.into_iter().chain(Message::OF_MASTER).map(|message| message.identifier(axis.node))
         })
     }
 }

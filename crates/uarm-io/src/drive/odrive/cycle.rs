@@ -25,9 +25,9 @@ where
         self.set_up_axes(clock)
     }
 
-    /// Nothing: no message of the protocol that the master uses carries it.
+    /// Hardware and firmware, as `Get_Version` tells them.
     fn identities(&self) -> [DriveIdentity; JOINTS] {
-        [DriveIdentity::default(); JOINTS]
+        self.axes.map(|axis| axis.identity())
     }
 
     fn positions_after<C: Clock>(&mut self, wait: Duration, clock: &C) -> Result<[i32; JOINTS], Self::StartError> {
@@ -100,7 +100,7 @@ where
                 return Err(OdriveCycleError::Lost { axis: axis.node, silence, limit });
             }
         }
-        Ok(())
+        self.inquire(now)
     }
 
     fn stop<C: Clock>(&mut self, clock: &C) -> StopReport<JOINTS> {

@@ -1,7 +1,8 @@
 //! What goes wrong with the axes.
 
 use super::turns::TurnsError;
-use super::wire::{AxisNode, Heartbeat, Message};
+use super::wire::{AxisNode, Heartbeat, Message, Version};
+use crate::drive::readings::{Found, Quantity};
 use crate::time::Duration;
 use core::fmt;
 
@@ -51,6 +52,34 @@ pub enum OdriveStartError<E> {
         axis: AxisNode,
         /// Time waited.
         waited: Duration,
+    },
+    /// It is another hardware than the configuration says.
+    #[error("ODrive axis {axis} says that it is {}, the configuration says product {product:08X}h", Told(*.found))]
+    AnotherProduct {
+        /// The axis.
+        axis: AxisNode,
+        /// What the configuration says.
+        product: u32,
+        /// What it told.
+        found: Option<Version>,
+    },
+    /// What is watched did not come.
+    #[error("ODrive axis {axis} does not tell its {} within {waited:?}: is its firmware 0.6?", quantity.name())]
+    NoReading {
+        /// The axis.
+        axis: AxisNode,
+        /// What it was asked for.
+        quantity: Quantity,
+        /// Time waited.
+        waited: Duration,
+    },
+    /// Its supply voltage or temperature is beyond its limits.
+    #[error("ODrive axis {axis}: {found}")]
+    Reading {
+        /// The axis.
+        axis: AxisNode,
+        /// What it reported, and what is allowed.
+        found: Found,
     },
     /// It did not come to a state.
     #[error("ODrive axis {axis} is in {}, expected {expected} after {waited:?}", State(*.found))]
@@ -133,6 +162,22 @@ pub enum OdriveCycleError<E> {
         /// Its last heartbeat.
         found: Heartbeat,
     },
+    /// Its supply voltage or temperature is beyond its limits.
+    #[error("ODrive axis {axis}: {found}")]
+    Reading {
+        /// The axis.
+        axis: AxisNode,
+        /// What it reported, and what is allowed.
+        found: Found,
+    },
+    /// It does not tell any more what is watched.
+    #[error("ODrive axis {axis} does not tell its {} any more", quantity.name())]
+    NoReading {
+        /// The axis.
+        axis: AxisNode,
+        /// What it was asked for.
+        quantity: Quantity,
+    },
     /// An axis's heartbeat stopped.
     #[error("ODrive axis {axis} has been silent for {silence:?}, expected a heartbeat within {limit:?}")]
     Lost {
@@ -143,6 +188,17 @@ pub enum OdriveCycleError<E> {
         /// Time borne.
         limit: Duration,
     },
+}
+
+struct Told(Option<Version>);
+
+impl fmt::Display for Told {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(version) => write!(formatter, "product {version}"),
+            None => formatter.write_str("nothing (Get_Version has no answer)"),
+        }
+    }
 }
 
 struct Twins(AxisNode);

@@ -2,9 +2,12 @@
 
 use super::configuration::OdriveConfiguration;
 use super::error::ForeignCommand;
-use super::wire::{self, AxisNode, AxisState, EncoderEstimates, Heartbeat, Message};
+use super::watched::{Inquiry, Watched};
+use super::wire::{self, AxisNode, AxisState, EncoderEstimates, Heartbeat, Message, Supply, Temperature, Version};
 use crate::drive::cia402::{PowerState, Statusword};
+use crate::drive::identity::DriveIdentity;
 use crate::drive::network::{LastDefence, NetworkHealth, NodeHealth};
+use crate::drive::readings::{QUANTITIES, Quantity};
 use crate::frame::Frame;
 use crate::link::{Link, Received};
 use crate::time::{Duration, Instant};
@@ -25,7 +28,12 @@ pub struct OdriveNetwork<L: Link, const JOINTS: usize> {
     pub(super) foreign: Option<ForeignCommand>,
     /// The bus is another master's: nothing is sent, not even a stop.
     pub(super) is_withheld: bool,
+    pub(super) inquiry: Inquiry,
+    pub(super) identified: Identified,
 }
+
+/// Is told what an axis says of itself: its node id, and what it is.
+pub type Identified = fn(u8, &DriveIdentity);
 
 /// Before an answer is waited for, none is late.
 pub(super) const NO_DEADLINE: Instant = Instant::from_nanoseconds(u64::MAX);
@@ -49,6 +57,10 @@ pub(super) struct Axis {
     /// [`LastDefence::RpdoTimeout`] once its watchdog was seen to disarm it.
     pub(super) last_defence: LastDefence,
     pub(super) health: NodeHealth,
+    /// What it is, once it has told.
+    pub(super) version: Option<Version>,
+    /// What it is asked for, by [`Quantity`].
+    pub(super) watched: [Option<Watched>; QUANTITIES],
 }
 
 /// Frames counted for the whole network.
@@ -74,6 +86,8 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
             heartbeat: Heartbeat::default(),
             last_defence: LastDefence::None,
             health: NodeHealth { node: axis.node.raw(), ..NodeHealth::default() },
+            version: None,
+            watched: axis.readings.map(|limits| limits.map(Watched::new)),
         });
         let (sync_at, next_feed) = (Instant::default(), Instant::default());
         Self {
@@ -86,7 +100,14 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
             traffic: Traffic::default(),
             foreign: None,
             is_withheld: false,
+            inquiry: Inquiry::default(),
+            identified: |_, _| {},
         }
+    }
+
+    /// Whom each start tells what the axes say of themselves.
+    pub const fn on_identified(&mut self, identified: Identified) {
+        self.identified = identified;
     }
 
     /// The link to the bus.
@@ -155,6 +176,17 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
                 .map(|estimates| axis.position(estimates, received.at, deadline))
                 .is_ok()
                 .then_some(axis),
+            Some((Message::Version, axis)) => {
+                Version::decode(data).map(|version| axis.version = Some(version)).is_ok().then_some(axis)
+            }
+            Some((Message::Temperature, axis)) => Temperature::decode(data)
+                .map(|found| axis.reading(Quantity::Temperature, found.highest()))
+                .is_ok()
+                .then_some(axis),
+            Some((Message::BusVoltageCurrent, axis)) => Supply::decode(data)
+                .map(|found| axis.reading(Quantity::SupplyVoltage, found.voltage))
+                .is_ok()
+                .then_some(axis),
             Some(_) | None => {
                 self.traffic.unexpected += 1;
                 return;
@@ -189,6 +221,11 @@ impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
 }
 
 impl Axis {
+    /// What it has said of itself.
+    pub(super) fn identity(&self) -> DriveIdentity {
+        self.version.map(|version| version.identity()).unwrap_or_default()
+    }
+
     fn alive(&mut self, heartbeat: Heartbeat, at: Instant) {
         let health = &mut self.health;
         health.heartbeats += 1;

@@ -14,15 +14,25 @@ use crate::time::{Clock, Duration, Instant};
 type Outcome<T, L> = Result<T, OdriveStartError<<L as Link>::Error>>;
 
 impl<L: Link, const JOINTS: usize> OdriveNetwork<L, JOINTS> {
-    /// Nobody else is heard → each axis is heard → idle → errors cleared → torque control → position read.
+    /// Nobody else is heard → each axis is heard, and is the one that is wanted → idle → errors cleared → torque control →
+    /// supply, temperature and position read.
     pub(super) fn set_up_axes<C: Clock>(&mut self, clock: &C) -> Outcome<[i32; JOINTS], L> {
         self.drain()?;
         self.listen(clock)?;
         self.hear(clock)?;
+        self.identify(clock)?;
+        self.tell_identities();
         self.tell_all(|node| wire::state_frame(node, AxisState::IDLE))?;
         self.reach(clock, "IDLE", |heartbeat| heartbeat.state == AxisState::IDLE)?;
         self.clear(clock)?;
+        self.read_watched(clock)?;
         self.read_positions(clock)
+    }
+
+    fn tell_identities(&self) {
+        for axis in &self.axes {
+            (self.identified)(axis.node.raw(), &axis.identity());
+        }
     }
 
     /// Each axis is armed with torque 0 → left without a torque until its watchdog disarms it → errors cleared → no two with one

@@ -1,12 +1,15 @@
 //! The master against scripted axes in virtual time.
 
 mod cycle;
+mod inquiry;
 mod masters;
 mod start;
 mod stop;
 
 use super::axis_error::AxisError;
-use super::wire::{self, AxisNode, AxisState, ControllerMode, EncoderEstimates, Heartbeat, Message};
+use super::wire::{
+    self, AxisNode, AxisState, ControllerMode, EncoderEstimates, Heartbeat, Message, Supply, Temperature, Version,
+};
 use super::{
     OdriveAxis, OdriveConfiguration, OdriveCycleError, OdriveNetwork, OdriveStartError, OdriveTimes, Positions,
 };
@@ -40,6 +43,8 @@ impl Clock for VirtualClock {
     }
 }
 
+const VERSION: Version = Version { protocol: 2, hardware: [4, 4, 58], firmware: [0, 6, 10], unreleased: 0 };
+
 /// An axis as the documentation describes it, and how it misbehaves.
 #[derive(Clone, Debug)]
 struct Axis {
@@ -65,6 +70,10 @@ struct Axis {
     delay: Duration,
     /// Another axis with its node id answers as well.
     has_twin: bool,
+    /// What it answers to Get_Version, Get_Bus_Voltage_Current and Get_Temperature, if it does.
+    version: Option<Version>,
+    supply: Option<f32>,
+    temperatures: Option<[f32; 2]>,
 }
 
 impl Axis {
@@ -88,12 +97,19 @@ impl Axis {
             lasting_error: 0,
             delay: Duration::ZERO,
             has_twin: false,
+            version: Some(VERSION),
+            supply: Some(24.0),
+            temperatures: Some([40.0, 30.0]),
         }
     }
 
     fn feed(&mut self, now: Instant) {
         let runs = self.has_watchdog && self.state == AxisState::CLOSED_LOOP_CONTROL;
         self.watchdog_due = runs.then(|| now + WATCHDOG);
+    }
+
+    fn answer(&self, frame: Frame, now: Instant) -> Received {
+        Received { frame, at: now + self.delay }
     }
 
     fn fail(&mut self, error: u32) {
@@ -108,6 +124,15 @@ impl Axis {
                 let estimates = EncoderEstimates { position: self.turns, velocity: 0.0 };
                 let received = Received { frame: estimates.frame(self.node), at: now + self.delay };
                 wire.extend(core::iter::repeat_n(received, if self.has_twin { 2 } else { 1 }));
+            }
+            Message::Version => wire.extend(self.version.map(|version| self.answer(version.frame(self.node), now))),
+            Message::BusVoltageCurrent => {
+                let frame = |voltage| Supply { voltage, current: 1.0 }.frame(self.node);
+                wire.extend(self.supply.map(|voltage| self.answer(frame(voltage), now)));
+            }
+            Message::Temperature => {
+                let frame = |[inverter, motor]: [f32; 2]| Temperature { inverter, motor }.frame(self.node);
+                wire.extend(self.temperatures.map(|found| self.answer(frame(found), now)));
             }
             Message::SetAxisState => match wire::decode_state(data).unwrap() {
                 AxisState::CLOSED_LOOP_CONTROL if self.error == 0 && !self.never_arms => {
@@ -215,6 +240,8 @@ fn configuration(positions: Positions) -> OdriveConfiguration<3> {
         node: AxisNode::new(node).unwrap(),
         counts_per_turn: CountsPerRevolution::new(8_192).unwrap(),
         rated_torque: RatedTorque::from_millinewton_metres(200).unwrap(),
+        product: None,
+        readings: [None; 2],
     };
     OdriveConfiguration { axes: [axis(1), axis(2), axis(3)], positions, times: OdriveTimes::usual() }
 }
@@ -224,11 +251,18 @@ fn network(change: impl FnOnce(&mut [Axis; 3])) -> (OdriveNetwork<Bus, 3>, Virtu
 }
 
 fn network_with(positions: Positions, change: impl FnOnce(&mut [Axis; 3])) -> (OdriveNetwork<Bus, 3>, VirtualClock) {
+    network_of(configuration(positions), change)
+}
+
+fn network_of(
+    configuration: OdriveConfiguration<3>,
+    change: impl FnOnce(&mut [Axis; 3]),
+) -> (OdriveNetwork<Bus, 3>, VirtualClock) {
     let clock = VirtualClock::default();
     let mut axes = [Axis::new(1), Axis::new(2), Axis::new(3)];
     change(&mut axes);
     let bus = Bus { clock: clock.clone(), axes, wire: Vec::new(), sent: Vec::new() };
-    (OdriveNetwork::new(bus, configuration(positions)), clock)
+    (OdriveNetwork::new(bus, configuration), clock)
 }
 
 fn started() -> (OdriveNetwork<Bus, 3>, VirtualClock) {

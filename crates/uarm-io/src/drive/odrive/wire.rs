@@ -6,6 +6,7 @@
 //! Source: <https://docs.odriverobotics.com/v/latest/manual/can-protocol.html>, "CAN Messages".
 
 use super::axis_error::AxisError;
+use crate::drive::identity::DriveIdentity;
 use crate::frame::Frame;
 use core::fmt;
 use embedded_can::StandardId;
@@ -46,6 +47,8 @@ impl fmt::Display for AxisNode {
 /// The messages that are used, with their command ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Message {
+    /// 00h, axis → master, on request: what it is, and its firmware.
+    Version,
     /// 01h, axis → master, cyclic: errors and state.
     Heartbeat,
     /// 02h, master → axis: disarm with an error.
@@ -58,33 +61,47 @@ pub enum Message {
     SetControllerMode,
     /// 0Eh, master → axis: the torque.
     SetInputTorque,
+    /// 15h, axis → master, on request or cyclic: temperatures.
+    Temperature,
+    /// 17h, axis → master, on request or cyclic: its supply.
+    BusVoltageCurrent,
     /// 18h, master → axis: forget all errors.
     ClearErrors,
 }
 
 impl Message {
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 10] = [
+        Self::Version,
         Self::Heartbeat,
         Self::Estop,
         Self::SetAxisState,
         Self::EncoderEstimates,
         Self::SetControllerMode,
         Self::SetInputTorque,
+        Self::Temperature,
+        Self::BusVoltageCurrent,
         Self::ClearErrors,
     ];
 
     /// The command id.
     pub const fn id(self) -> u16 {
         match self {
+            Self::Version => 0x00,
             Self::Heartbeat => 0x01,
             Self::Estop => 0x02,
             Self::SetAxisState => 0x07,
             Self::EncoderEstimates => 0x09,
             Self::SetControllerMode => 0x0B,
             Self::SetInputTorque => 0x0E,
+            Self::Temperature => 0x15,
+            Self::BusVoltageCurrent => 0x17,
             Self::ClearErrors => 0x18,
         }
     }
+
+    /// The messages that an axis sends.
+    pub const OF_AXIS: [Self; 5] =
+        [Self::Version, Self::Heartbeat, Self::EncoderEstimates, Self::Temperature, Self::BusVoltageCurrent];
 
     /// The messages that a master sends.
     pub const OF_MASTER: [Self; 5] =
@@ -93,12 +110,15 @@ impl Message {
     /// What the maker calls it.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Version => "Get_Version",
             Self::Heartbeat => "Heartbeat",
             Self::Estop => "Estop",
             Self::SetAxisState => "Set_Axis_State",
             Self::EncoderEstimates => "Get_Encoder_Estimates",
             Self::SetControllerMode => "Set_Controller_Mode",
             Self::SetInputTorque => "Set_Input_Torque",
+            Self::Temperature => "Get_Temperature",
+            Self::BusVoltageCurrent => "Get_Bus_Voltage_Current",
             Self::ClearErrors => "Clear_Errors",
         }
     }
@@ -245,9 +265,131 @@ impl EncoderEstimates {
     }
 }
 
-/// Asks `axis` for its encoder estimates: the message's identifier without data.
+/// Asks `axis` for its encoder estimates.
 pub fn estimates_request(axis: AxisNode) -> Frame {
-    Frame::with(Message::EncoderEstimates.identifier(axis), [])
+    request(Message::EncoderEstimates, axis)
+}
+
+/// Asks `axis` for one of [`Message::OF_AXIS`]: the message's identifier without data.
+pub fn request(message: Message, axis: AxisNode) -> Frame {
+    Frame::with(message.identifier(axis), [])
+}
+
+/// What an axis is, and its firmware (`Get_Version`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Version {
+    /// `Protocol_Version`.
+    pub protocol: u8,
+    /// `Hw_Version_Major`, `_Minor` and `_Variant`.
+    pub hardware: [u8; 3],
+    /// `Fw_Version_Major`, `_Minor` and `_Revision`.
+    pub firmware: [u8; 3],
+    /// `Fw_Version_Unreleased`: 0 for a firmware that the maker has released.
+    pub unreleased: u8,
+}
+
+impl Version {
+    /// Data bytes.
+    pub const LENGTH: usize = 8;
+
+    /// Reads a payload.
+    ///
+    /// # Errors
+    /// [`LengthError`] unless there are [`Version::LENGTH`] bytes.
+    pub fn decode(data: &[u8]) -> Result<Self, LengthError> {
+        let [protocol, h0, h1, h2, f0, f1, f2, unreleased] = exactly(data)?;
+        Ok(Self { protocol, hardware: [h0, h1, h2], firmware: [f0, f1, f2], unreleased })
+    }
+
+    /// The frame that `axis` sends.
+    pub fn frame(&self, axis: AxisNode) -> Frame {
+        let Self { protocol, hardware: [h0, h1, h2], firmware: [f0, f1, f2], unreleased } = *self;
+        Frame::with(Message::Version.identifier(axis), [protocol, h0, h1, h2, f0, f1, f2, unreleased])
+    }
+
+    /// The hardware as one number, a byte for each part: 00040434h is 4, 4, 52.
+    pub const fn product(&self) -> u32 {
+        let [major, minor, variant] = self.hardware;
+        u32::from_be_bytes([0, major, minor, variant])
+    }
+
+    /// The same as CANopen drives say it; the firmware is the revision, and there is neither maker nor serial number.
+    pub const fn identity(&self) -> DriveIdentity {
+        let [major, minor, revision] = self.firmware;
+        let firmware = u32::from_be_bytes([major, minor, revision, self.unreleased]);
+        DriveIdentity { vendor: None, product: Some(self.product()), revision: Some(firmware), serial: None }
+    }
+}
+
+impl fmt::Display for Version {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { hardware: [h0, h1, h2], firmware: [f0, f1, f2], .. } = self;
+        write!(formatter, "{:08X}h (hardware {h0}.{h1}.{h2}, firmware {f0}.{f1}.{f2})", self.product())
+    }
+}
+
+/// Two numbers of four bytes: what [`Temperature`] and [`Supply`] are made of.
+fn pair(data: &[u8]) -> Result<[f32; 2], LengthError> {
+    let [a0, a1, a2, a3, b0, b1, b2, b3] = exactly(data)?;
+    Ok([f32::from_le_bytes([a0, a1, a2, a3]), f32::from_le_bytes([b0, b1, b2, b3])])
+}
+
+fn pair_frame(message: Message, axis: AxisNode, [first, second]: [f32; 2]) -> Frame {
+    let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (first.to_le_bytes(), second.to_le_bytes());
+    Frame::with(message.identifier(axis), [a0, a1, a2, a3, b0, b1, b2, b3])
+}
+
+/// Temperatures of an axis (`Get_Temperature`), °C.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Temperature {
+    /// `FET_Temperature`: of the inverter.
+    pub inverter: f32,
+    /// `Motor_Temperature`; of a motor without thermistor it says nothing.
+    pub motor: f32,
+}
+
+impl Temperature {
+    /// Reads a payload.
+    ///
+    /// # Errors
+    /// [`LengthError`] unless there are eight bytes.
+    pub fn decode(data: &[u8]) -> Result<Self, LengthError> {
+        pair(data).map(|[inverter, motor]| Self { inverter, motor })
+    }
+
+    /// The frame that `axis` sends.
+    pub fn frame(&self, axis: AxisNode) -> Frame {
+        pair_frame(Message::Temperature, axis, [self.inverter, self.motor])
+    }
+
+    /// The higher one. One that is no number is left out.
+    pub const fn highest(&self) -> f32 {
+        self.inverter.max(self.motor)
+    }
+}
+
+/// The supply of an axis (`Get_Bus_Voltage_Current`).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Supply {
+    /// `Bus_Voltage`, V.
+    pub voltage: f32,
+    /// `Bus_Current`, A. Not used.
+    pub current: f32,
+}
+
+impl Supply {
+    /// Reads a payload.
+    ///
+    /// # Errors
+    /// [`LengthError`] unless there are eight bytes.
+    pub fn decode(data: &[u8]) -> Result<Self, LengthError> {
+        pair(data).map(|[voltage, current]| Self { voltage, current })
+    }
+
+    /// The frame that `axis` sends.
+    pub fn frame(&self, axis: AxisNode) -> Frame {
+        pair_frame(Message::BusVoltageCurrent, axis, [self.voltage, self.current])
+    }
 }
 
 /// What an axis controls (`ControlMode`, `InputMode`).

@@ -26,7 +26,7 @@ fn identifiers_are_node_times_32_plus_message() {
         }
     }
     // Nodes 0 and 63 and the messages that are not used.
-    for raw in [0x001, 0x7E1, 0x02C, 0x02D, 0x020, 0x03F] {
+    for raw in [0x001, 0x7E1, 0x02C, 0x02D, 0x023, 0x03F] {
         assert_eq!(Message::of(StandardId::new(raw).unwrap()), None, "{raw:03X}");
     }
     assert_eq!((AxisNode::new(0), AxisNode::new(63)), (None, None));
@@ -46,6 +46,29 @@ fn a_heartbeat_reads_as_candump_shows_it() {
     assert!(!expired.is_armed());
     let failing = Heartbeat::decode(&[0, 0x20, 0, 0, 8, 0, 0, 0]).unwrap();
     assert!(!failing.is_armed(), "armed with an error is not armed: {failing:?}");
+}
+
+/// "CAN Messages" of the documentation: 00h Get_Version, eight numbers of a byte; 15h Get_Temperature, FET and motor; 17h
+/// Get_Bus_Voltage_Current.
+#[test]
+fn version_temperatures_and_supply_are_laid_out_as_documented() {
+    let version = Version::decode(&[2, 4, 4, 58, 0, 6, 10, 1]).unwrap();
+    let expected = Version { protocol: 2, hardware: [4, 4, 58], firmware: [0, 6, 10], unreleased: 1 };
+    assert_eq!(version, expected);
+    assert_eq!(bytes(&version.frame(axis(1))), (0x020, [2, 4, 4, 58, 0, 6, 10, 1].as_slice()));
+    assert_eq!((version.identity().product, version.identity().revision), (Some(0x0004_043A), Some(0x0006_0A01)));
+    // 1.0f = 3F800000h, -2.5f = C0200000h.
+    let data = [0x00, 0x00, 0x80, 0x3F, 0x00, 0x00, 0x20, 0xC0];
+    let temperature = Temperature::decode(&data).unwrap();
+    assert_eq!((temperature.inverter, temperature.motor, temperature.highest()), (1.0, -2.5, 1.0));
+    assert_eq!(bytes(&temperature.frame(axis(1))), (0x035, data.as_slice()));
+    assert_eq!(Temperature { inverter: f32::NAN, motor: 20.0 }.highest(), 20.0, "a thermistor that is not there");
+    let supply = Supply::decode(&data).unwrap();
+    assert_eq!((supply.voltage, supply.current), (1.0, -2.5));
+    assert_eq!(bytes(&supply.frame(axis(1))), (0x037, data.as_slice()));
+    assert_eq!(bytes(&request(Message::Version, axis(3))), (0x060, [].as_slice()));
+    assert_eq!(Version::decode(&data[1..]), Err(LengthError { expected: 8, found: 7 }));
+    assert_eq!(Supply::decode(&[]), Err(LengthError { expected: 8, found: 0 }));
 }
 
 #[test]
