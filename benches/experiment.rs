@@ -18,7 +18,7 @@ use uarm::study::start::StartVariation;
 fn virtual_time(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("experiment/virtual time");
     group.sample_size(20);
-    for variant in VariantRobot::load(
+    for variant in VariantRobot::<3, 2>::load(
         &ControllerVariant::paper().collect::<Vec<_>>(),
         RobotFiles::default(),
         &Overrides::default(),

@@ -21,6 +21,7 @@
 //! | [`realtime`] | how the thread of a loop is scheduled |
 //! | [`sdo_access`] | SDO access to drives that a run has stopped |
 //! | [`eds`] | what makers' dictionaries say |
+//! | `words` | lists in sentences |
 //! | [`dimensions`] | the one place that says how many joints the robot has |
 //!
 //! The control loop itself is the crate [`uarm_loop`]: see [`uarm_loop::control_loop`].
@@ -57,3 +58,4 @@ pub mod study;
 pub mod text_file;
 pub mod usage;
 pub mod version;
+mod words;

@@ -25,6 +25,7 @@ use crate::bought::{Bought, BoughtDrive};
 use crate::eds::{good_readings, maker_dictionary, with_good_readings};
 use crate::robot::Robot;
 use crate::robot::model::Mechanics;
+use crate::usage::UsageError;
 
 /// Which plant a simulated robot is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,6 +55,22 @@ impl PlantChoice {
         }
     }
 
+    /// The plant that `--plant` asks for, or what it is by default.
+    ///
+    /// # Errors
+    /// If imperfections are asked for that the robot's file has not.
+    pub fn asked<const J: usize, const N: usize>(asked: Option<Self>, robot: &Robot<J, N>) -> Result<Self, UsageError> {
+        let choice = asked.unwrap_or_default();
+        let found = choice.of(robot);
+        if asked.is_some() && found != choice {
+            let name = &robot.description.name;
+            let message =
+                format!("--plant uarm: expected ideal or space, since {name} has no [plant], no imperfections");
+            return Err(UsageError::new(message));
+        }
+        Ok(found)
+    }
+
     /// What reports and logs call the plant.
     pub const fn label(self) -> &'static str {
         match self {
@@ -61,6 +78,15 @@ impl PlantChoice {
             Self::Ideal => "ideal DEM",
             Self::Space => "free-floating space manipulator",
         }
+    }
+}
+
+/// What disturbs the simulated `robot` unless another disturbance is asked for: that of eq. 48 is one for motors of 0.2 N·m, and for
+/// the paper's arm only.
+pub const fn usual_disturbance<const J: usize, const N: usize>(robot: &Robot<J, N>) -> Disturbance {
+    match robot.mechanics {
+        Mechanics::ThreeLinks { .. } => Disturbance::Paper,
+        Mechanics::Planar { .. } | Mechanics::Spatial { .. } => Disturbance::None,
     }
 }
 

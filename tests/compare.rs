@@ -35,14 +35,15 @@ fn compare(plant: PlantChoice, repetitions: u32, variation: StartVariation) -> C
     let settings = ComparisonSettings {
         files: RobotFiles::default(),
         variants: &PAPER,
-        plant,
-        disturbance: Disturbance::Paper,
+        left_out: &[],
+        plant: Some(plant),
+        disturbance: None,
         repetitions: NonZeroU32::new(repetitions).unwrap(),
         variation,
         seed: 1,
         threads: all_cores(),
     };
-    comparison::run(&settings, || ()).unwrap()
+    comparison::run::<3, 2>(&settings, || ()).unwrap()
 }
 
 fn monte_carlo_settings(spread: f64, variation: StartVariation) -> MonteCarloSettings<'static> {
@@ -79,7 +80,7 @@ fn the_reference_simulation_gave_the_same() {
     let rows = reference["rows"].as_array().unwrap();
     // The reference ends with the motion.
     let no_hold = Overrides { hold: Some(Duration::ZERO), ..Overrides::default() };
-    let robots = VariantRobot::load(&PAPER, RobotFiles::default(), &no_hold).unwrap();
+    let robots = VariantRobot::<3, 2>::load(&PAPER, RobotFiles::default(), &no_hold).unwrap();
     assert_eq!(rows.len(), robots.len());
     for (variant, row) in robots.iter().zip(rows) {
         let plant = SimulatedPlant::new(&variant.robot, PlantChoice::Uarm, Disturbance::Paper).unwrap();

@@ -6,5 +6,5 @@ use std::path::Path;
 use uarm::commands::train::points;
 
 fuzz_target!(|bytes: &[u8]| {
-    let _ = points::from_csv(Path::new("fuzzed.csv"), bytes, |_| Ok::<(), points::PointsError>(()));
+    let _ = points::from_csv::<points::PointsError, 3, 2>(Path::new("fuzzed.csv"), bytes, |_| Ok(()));
 });

@@ -127,8 +127,7 @@ impl Robot {
         if let Ok(found) = Shape::of(name, text)
             && found != Shape::PAPER
         {
-            let expected =
-                "a passive base and 2 active joints: `check`, `run`, `show` and `replay` alone are for other robots";
+            let expected = "a passive base and 2 active joints: what was asked for is for the paper's arm alone";
             return Err(Checker::new(name).refuse("joints", found, expected));
         }
         Self::of_text(name, text, overrides)

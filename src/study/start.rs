@@ -1,6 +1,6 @@
 //! What differs between the repetitions of an experiment on a robot: where exactly it starts.
 
-use nalgebra::Vector3;
+use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Stream, Subject};
@@ -28,16 +28,16 @@ impl StartVariation {
     ///
     /// Encoders count from a grid that is fixed to the nominal angles; a phase of the grid is hence a part of a count by
     /// which the true angle is off.
-    pub fn offset(self, robot: &Robot, seed: u64, index: u64) -> Vector3<f64> {
+    pub fn offset<const J: usize, const N: usize>(self, robot: &Robot<J, N>, seed: u64, index: u64) -> SVector<f64, J> {
         let mut stream = Stream::new(seed, Subject::Start, index);
-        let half_count = Vector3::from(
+        let half_count = SVector::from(
             robot.description.joints.each_ref().map(|joint| 0.5 * joint.encoder.counts_per_revolution.resolution()),
         );
         // Phases first: with and without start errors they are the same.
         let phase = half_count.map(|half| stream.uniform(-half, half));
-        let error = Vector3::repeat(LARGEST_START_ERROR).map(|largest| stream.uniform(-largest, largest));
+        let error = SVector::<f64, J>::repeat(LARGEST_START_ERROR).map(|largest| stream.uniform(-largest, largest));
         match self {
-            Self::None => Vector3::zeros(),
+            Self::None => SVector::zeros(),
             Self::EncoderPhase => phase,
             Self::Full => phase + error,
         }

@@ -12,7 +12,7 @@ On the plants near it, too (--monte-carlo), `nonlinear` is worst in L2, but only
 acceleration eliminated: see `nonlinear-omitted`. The order in E, and among the adaptive laws in L2, shows nothing.";
 
 /// What must be said of numbers of this plant: something, if it was fitted to the paper's.
-pub fn caveat(robot: &Robot, plant: PlantChoice) -> Option<&'static str> {
+pub fn caveat<const J: usize, const N: usize>(robot: &Robot<J, N>, plant: PlantChoice) -> Option<&'static str> {
     let is_fitted = plant == PlantChoice::Uarm && robot.plant == UarmPlantParameters::fitted();
     (is_fitted && robot.is_the_papers()).then_some(FITTED_PLANT_CAVEAT)
 }

@@ -11,11 +11,14 @@ use super::monte_carlo::MonteCarlo;
 /// # Errors
 /// If the output cannot be written.
 pub fn write_comparison(comparison: &Comparison, output: &mut (impl Write + ?Sized)) -> io::Result<()> {
-    writeln!(
-        output,
-        "controller,origin,experiment,start_offset_1_deg,start_offset_2_deg,start_offset_3_deg,l2,e_nms,\
-         peak_torque_2_nm,peak_torque_3_nm,final_error_2_deg,final_error_3_deg,base_drift_deg,failure"
-    )?;
+    let all = 1..=comparison.joints;
+    let active = comparison.active_numbers();
+    write!(output, "controller,origin,experiment")?;
+    all.clone().try_for_each(|joint| write!(output, ",start_offset_{joint}_deg"))?;
+    write!(output, ",l2,e_nms")?;
+    active.clone().try_for_each(|joint| write!(output, ",peak_torque_{joint}_nm"))?;
+    active.clone().try_for_each(|joint| write!(output, ",final_error_{joint}_deg"))?;
+    writeln!(output, ",base_drift_deg,failure")?;
     for row in &comparison.controllers {
         for experiment in &row.experiments {
             write!(output, "{},{},{}", row.controller, row.origin.label(), experiment.experiment)?;
@@ -23,13 +26,16 @@ pub fn write_comparison(comparison: &Comparison, output: &mut (impl Write + ?Siz
             write_numbers(output, &[experiment.l2, experiment.e])?;
             write_numbers(output, &experiment.peak_torque_nm)?;
             write_numbers(output, &experiment.final_error_deg)?;
-            write_numbers(output, &[experiment.base_drift_deg])?;
-            writeln!(output, ",")?;
+            match experiment.base_drift_deg {
+                Some(drift) => writeln!(output, ",{drift},")?,
+                None => writeln!(output, ",,")?,
+            }
         }
     }
     for Failure { controller, origin, experiment, reason } in &comparison.failures {
-        const EMPTY: &str = ",,,,,,,,,,,";
-        writeln!(output, "{controller},{},{experiment}{EMPTY}{}", origin.label(), quoted(reason))?;
+        // Offsets, L2 and E, torques and errors, the base's drift.
+        let empty = ",".repeat(all.clone().count() + 2 + 2 * active.clone().count() + 1);
+        writeln!(output, "{controller},{},{experiment}{empty},{}", origin.label(), quoted(reason))?;
     }
     Ok(())
 }

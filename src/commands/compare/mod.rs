@@ -23,12 +23,15 @@ use crate::console;
 use crate::exit::Exit;
 use crate::options::{choice, positive};
 use crate::output_files::{Force, OutputFiles};
+use crate::robot::RobotText;
+use crate::robot::shape::for_shape;
 use crate::simulated_robot::PlantChoice;
 use crate::study::parallel::all_cores;
 use crate::study::progress::progress_bar;
 use crate::study::shard::Shard;
 use crate::study::spread::Spread;
 use crate::study::start::StartVariation;
+use crate::usage::UsageError;
 use comparison::ComparisonSettings;
 use monte_carlo::MonteCarloSettings;
 use variant::{ControllerVariants, RobotFiles};
@@ -77,12 +80,12 @@ struct RunArguments {
     /// Let the fuzzy laws run with the sets in this file, as uarm train writes it; without it with the untrained grid
     #[arg(long, value_name = "FILE.toml")]
     fuzzy_sets: Option<PathBuf>,
-    /// What the robot is
-    #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
-    plant: PlantChoice,
-    /// The disturbance of the plant's joints (paper eq. 48)
-    #[arg(long, value_parser = choice::<Disturbance>(), default_value = "paper", value_name = "KIND")]
-    disturbance: Disturbance,
+    /// What the robot is; by default "uarm", or "ideal" where the robot file has no [plant]
+    #[arg(long, value_parser = choice::<PlantChoice>(), value_name = "PLANT")]
+    plant: Option<PlantChoice>,
+    /// The disturbance of the plant's joints; by default the paper's of eq. 48 on its arm, and none on others
+    #[arg(long, value_parser = choice::<Disturbance>(), value_name = "KIND")]
+    disturbance: Option<Disturbance>,
     /// Experiments with each controller; the paper made five
     #[arg(long, default_value = "5", value_parser = positive::<NonZeroU32>, value_name = "N")]
     repeat: NonZeroU32,
@@ -139,21 +142,23 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     outputs
         .check([&arguments.csv, &arguments.draws].into_iter().flatten().map(PathBuf::as_path))
         .context("--csv, --draws")?;
+    let shape = RobotText::read(arguments.robot.as_deref())?.shape()?;
     match arguments.monte_carlo {
-        None => compare(arguments, &outputs),
+        None => for_shape!(shape, compare(arguments, &outputs)),
         Some(draws) => monte_carlo(arguments, draws, &outputs),
     }
 }
 
 fn monte_carlo(arguments: &RunArguments, draws: NonZeroU32, outputs: &OutputFiles) -> anyhow::Result<ExitCode> {
-    anyhow::ensure!(
-        arguments.plant == PlantChoice::Uarm,
-        "--monte-carlo draws the imperfections of the UARM, expected --plant uarm: the other plants have none"
-    );
+    if arguments.plant.unwrap_or_default() != PlantChoice::Uarm {
+        let message =
+            "--monte-carlo draws the imperfections of the UARM, expected --plant uarm: the other plants have none";
+        return Err(UsageError::new(message).into());
+    }
     let settings = MonteCarloSettings {
         files: arguments.files(),
         variants: arguments.controllers.as_slice(),
-        disturbance: arguments.disturbance,
+        disturbance: arguments.disturbance.unwrap_or(Disturbance::Paper),
         draws,
         spread: arguments.spread,
         variation: arguments.variation,
@@ -171,10 +176,15 @@ fn monte_carlo(arguments: &RunArguments, draws: NonZeroU32, outputs: &OutputFile
     study::tell(&draws, arguments.csv.as_deref(), arguments.json, outputs)
 }
 
-fn compare(arguments: &RunArguments, outputs: &OutputFiles) -> anyhow::Result<ExitCode> {
+fn compare<const J: usize, const N: usize>(
+    arguments: &RunArguments,
+    outputs: &OutputFiles,
+) -> anyhow::Result<ExitCode> {
+    let (variants, left_out) = arguments.controllers.on_robot::<J, N>(arguments.files())?;
     let settings = ComparisonSettings {
         files: arguments.files(),
-        variants: arguments.controllers.as_slice(),
+        variants: &variants,
+        left_out: &left_out,
         plant: arguments.plant,
         disturbance: arguments.disturbance,
         repetitions: arguments.repeat,
@@ -184,7 +194,7 @@ fn compare(arguments: &RunArguments, outputs: &OutputFiles) -> anyhow::Result<Ex
     };
     let experiments = settings.variants.len() as u64 * u64::from(settings.repetitions.get());
     let bar = progress_bar(experiments, "experiments");
-    let comparison = comparison::run(&settings, || bar.inc(1));
+    let comparison = comparison::run::<J, N>(&settings, || bar.inc(1));
     bar.finish_and_clear();
     let comparison = comparison?;
     if let Some(path) = &arguments.csv {

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::comparison::{Comparison, ControllerRow, Failure};
+use super::comparison::{Comparison, ControllerRow, Failure, LeftOut};
 use super::monte_carlo::{MonteCarlo, MonteCarloRow};
 use super::statistics::{Quantiles, Summary};
 use super::variant::Origin;
@@ -29,6 +29,7 @@ pub fn print_comparison(comparison: &Comparison, output: &mut impl Write) -> io:
     print_index(comparison, output, "E, the summed torque (N m s)", |row| row.e, |indices| indices.e)?;
     print_motion(comparison, output)?;
     print_failures(comparison, output)?;
+    print_left_out(&comparison.left_out, output)?;
     print_sets(comparison.fuzzy_sets_crc32, output)?;
     print_caveat(comparison.caveat, output)
 }
@@ -49,14 +50,17 @@ fn print_index(
     index: fn(&Indices) -> f64,
 ) -> io::Result<()> {
     writeln!(output, "\n{title}")?;
-    let heads = ["mean", "std dev", "min", "max", "Table 4", "ratio"].map(|head| format!("{head:>9}")).concat();
+    let is_the_papers = comparison.controllers.iter().any(|row| row.paper.is_some());
+    let heads = ["mean", "std dev", "min", "max", "Table 4", "ratio"];
+    let heads: String = heads.iter().take(if is_the_papers { 6 } else { 4 }).map(|head| format!("{head:>9}")).collect();
     writeln!(output, "  {:<NAME$}{heads}", "controller")?;
     for row in &comparison.controllers {
         let Summary { mean, deviation, minimum, maximum } = summary(row);
         let deviation = deviation.map_or_else(|| "-".to_owned(), |deviation| format!("{deviation:.5}"));
         let paper = match (&row.paper, &row.ratio) {
             (Some(paper), Some(ratio)) => format!("{:>9.4}{:>9.2}", index(paper), index(ratio)),
-            _ => format!("{:>9}{:>9}   {}", "-", "-", row.origin.label()),
+            _ if is_the_papers => format!("{:>9}{:>9}   {}", "-", "-", row.origin.label()),
+            _ => format!("   {}", row.origin.label()),
         };
         writeln!(output, "  {:<NAME$}{mean:>9.4}{deviation:>9}{minimum:>9.4}{maximum:>9.4}{paper}", row.controller)?;
     }
@@ -87,17 +91,38 @@ fn print_failures(comparison: &Comparison, output: &mut impl Write) -> io::Resul
     if more > 0 { writeln!(output, "  and {more} more") } else { Ok(()) }
 }
 
+fn print_left_out(left_out: &[LeftOut], output: &mut impl Write) -> io::Result<()> {
+    let Some(LeftOut { reason, .. }) = left_out.first() else { return Ok(()) };
+    let names: Vec<_> = left_out.iter().map(|each| each.controller).collect();
+    writeln!(output, "\nLeft out: {}: {reason}", names.join(", "))
+}
+
+/// So many joints have columns of their own; of more the worst is printed, and all are in JSON and CSV.
+const MOST_COLUMNS: usize = 3;
+
 fn print_motion(comparison: &Comparison, output: &mut impl Write) -> io::Result<()> {
+    let columns: Vec<String> = if comparison.active_joints <= MOST_COLUMNS {
+        comparison.active_numbers().map(|joint| format!("joint {joint}")).collect()
+    } else {
+        vec!["largest".to_owned()]
+    };
+    let cells = |values: &[Summary]| -> Vec<f64> {
+        let means = values.iter().map(|summary| summary.mean);
+        if values.len() <= MOST_COLUMNS { means.collect() } else { vec![means.fold(f64::NAN, f64::max)] }
+    };
+    let heads = |width: usize| columns.iter().map(|head| format!("{head:>width$}")).collect::<String>();
+    // A title over one column is wider than it.
+    let (torque, error) = ((columns.len() * 9).max(18), (columns.len() * 10).max(20));
     writeln!(output, "\nMotion, means of the experiments")?;
-    writeln!(output, "  {:<NAME$}{:>18}{:>20}{:>13}", "", "peak torque (N m)", "final error (deg)", "base drift")?;
-    let joints = format!("{:>9}{:>9}{:>10}{:>10}", "joint 2", "joint 3", "joint 2", "joint 3");
-    writeln!(output, "  {:<NAME$}{joints}{:>13}", "controller", "(deg)")?;
+    let base = if comparison.has_base() { format!("{:>13}", "base drift") } else { String::new() };
+    writeln!(output, "  {:<NAME$}{:>torque$}{:>error$}{base}", "", "peak torque (N m)", "final error (deg)")?;
+    let base = if comparison.has_base() { format!("{:>13}", "(deg)") } else { String::new() };
+    writeln!(output, "  {:<NAME$}{:>torque$}{:>error$}{base}", "controller", heads(9), heads(10))?;
     for row in &comparison.controllers {
-        let [torque_2, torque_3] = row.peak_torque_nm.map(|summary| summary.mean);
-        let [error_2, error_3] = row.final_error_deg.map(|summary| summary.mean);
-        let drift = row.base_drift_deg.mean;
-        let name = row.controller;
-        writeln!(output, "  {name:<NAME$}{torque_2:>9.4}{torque_3:>9.4}{error_2:>10.3}{error_3:>10.3}{drift:>13.2}")?;
+        let torques: String = cells(&row.peak_torque_nm).iter().map(|value| format!("{value:>9.4}")).collect();
+        let errors: String = cells(&row.final_error_deg).iter().map(|value| format!("{value:>10.3}")).collect();
+        let drift = row.base_drift_deg.map_or_else(String::new, |drift| format!("{:>13.2}", drift.mean));
+        writeln!(output, "  {:<NAME$}{torques:>torque$}{errors:>error$}{drift}", row.controller)?;
     }
     Ok(())
 }

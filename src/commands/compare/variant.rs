@@ -6,9 +6,10 @@ use std::str::FromStr;
 use hinf_control::{BaseAcceleration, Law, LawVariant, VariantOrigin};
 use serde::Serialize;
 
-use crate::robot::Robot;
 use crate::robot::error::RobotError;
 use crate::robot::overrides::Overrides;
+use crate::robot::{Robot, RobotText};
+use crate::usage::UsageError;
 
 /// Where a controller variant comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -35,6 +36,9 @@ impl Origin {
         }
     }
 }
+
+/// Why a variant is for other robots.
+pub const UNSENSED: &str = "it reads the motion of the base, on which the robot has no sensor";
 
 /// A law in one of its forms: one row of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,6 +78,16 @@ impl ControllerVariant {
         Self::all().find(|variant| variant.name == name)
     }
 
+    /// `error` as one of this variant: whoever names it has not asked for its form by another option.
+    fn refused(&self, error: RobotError) -> RobotError {
+        match error {
+            RobotError::Override(_) => {
+                RobotError::Override(UsageError::new(format!("--controllers {}: {UNSENSED}", self.name)))
+            }
+            other => other,
+        }
+    }
+
     /// The name on command lines and in tables.
     pub const fn name(&self) -> &'static str {
         self.name
@@ -89,14 +103,17 @@ impl ControllerVariant {
         self.origin
     }
 
-    /// The robot of `file` (without one, the paper's), its laws in this variant's form. `overrides` may change the
-    /// rest; a form in them is replaced.
+    /// The robot of `file`, its laws in this variant's form. `overrides` may change the rest; a form in them is replaced.
     ///
     /// # Errors
-    /// As [`Robot::load`].
-    pub fn robot(&self, file: Option<&Path>, overrides: &Overrides) -> Result<Robot, RobotError> {
+    /// As [`Robot::load`]; [`RobotError::Override`] if the form reads what the robot has no sensor for.
+    pub fn robot<const J: usize, const N: usize>(
+        &self,
+        file: &RobotText,
+        overrides: &Overrides,
+    ) -> Result<Robot<J, N>, RobotError> {
         let base_acceleration = self.form.map(|form| (self.law, form));
-        Robot::load_with(file, &Overrides { base_acceleration, ..*overrides })
+        Robot::of_text(&file.name, &file.text, &Overrides { base_acceleration, ..*overrides })
     }
 }
 
@@ -111,25 +128,26 @@ pub struct RobotFiles<'a> {
 
 /// A variant with the robot that it controls.
 #[derive(Clone, Debug)]
-pub struct VariantRobot {
+pub struct VariantRobot<const J: usize = 3, const N: usize = 2> {
     /// The controller variant.
     pub variant: ControllerVariant,
     /// The robot, its laws in the variant's form.
-    pub robot: Robot,
+    pub robot: Robot<J, N>,
 }
 
-impl VariantRobot {
-    /// ControllerVariants with the robot of `files`. `overrides` may change it, but for the laws' form.
+impl<const J: usize, const N: usize> VariantRobot<J, N> {
+    /// Variants with the robot of `files`. `overrides` may change it, but for the laws' form.
     ///
     /// # Errors
-    /// As [`Robot::load`] and [`Robot::load_fuzzy_sets`].
+    /// As [`Robot::load`] and [`Robot::load_fuzzy_sets`]; if the robot lacks a sensor that one of them reads.
     pub fn load(
         variants: &[ControllerVariant],
         files: RobotFiles<'_>,
         overrides: &Overrides,
     ) -> Result<Vec<Self>, RobotError> {
+        let file = RobotText::read(files.robot)?;
         let load = |variant: &ControllerVariant| {
-            let mut robot = variant.robot(files.robot, overrides)?;
+            let mut robot = variant.robot(&file, overrides).map_err(|error| variant.refused(error))?;
             robot.load_fuzzy_sets(files.fuzzy_sets, variants.iter().map(ControllerVariant::law))?;
             Ok(Self { variant: *variant, robot })
         };
@@ -137,14 +155,49 @@ impl VariantRobot {
     }
 }
 
-/// ControllerVariants as a command line names them: `paper`, `all`, or names with commas between.
+/// Controller variants as a command line names them: `paper`, `all`, or names with commas between.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ControllerVariants(Vec<ControllerVariant>);
+pub struct ControllerVariants {
+    variants: Vec<ControllerVariant>,
+    asked: Asked,
+}
+
+/// How variants were asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asked {
+    /// Each by its name, or as one of the paper's.
+    ByName,
+    /// As all that there are.
+    All,
+}
 
 impl ControllerVariants {
     /// The variants, each once, in the order asked for.
     pub fn as_slice(&self) -> &[ControllerVariant] {
-        &self.0
+        &self.variants
+    }
+
+    /// Those for which the robot of `files` has the sensors, if all were asked for, and those for which it has not.
+    ///
+    /// # Errors
+    /// As [`Robot::load`].
+    pub fn on_robot<const J: usize, const N: usize>(
+        &self,
+        files: RobotFiles<'_>,
+    ) -> Result<(Vec<ControllerVariant>, Vec<ControllerVariant>), RobotError> {
+        if self.asked == Asked::ByName {
+            return Ok((self.variants.clone(), Vec::new()));
+        }
+        let file = RobotText::read(files.robot)?;
+        let (mut fitting, mut others) = (Vec::new(), Vec::new());
+        for variant in &self.variants {
+            match variant.robot::<J, N>(&file, &Overrides::default()) {
+                Ok(_) => fitting.push(*variant),
+                Err(RobotError::Override(_)) => others.push(*variant),
+                Err(error) => return Err(error),
+            }
+        }
+        Ok((fitting, others))
     }
 }
 
@@ -153,8 +206,8 @@ impl FromStr for ControllerVariants {
 
     fn from_str(text: &str) -> Result<Self, String> {
         match text {
-            "all" => return Ok(Self(ControllerVariant::all().collect())),
-            "paper" => return Ok(Self(ControllerVariant::paper().collect())),
+            "all" => return Ok(Self { variants: ControllerVariant::all().collect(), asked: Asked::All }),
+            "paper" => return Ok(Self { variants: ControllerVariant::paper().collect(), asked: Asked::ByName }),
             _ => {}
         }
         let mut variants = Vec::new();
@@ -168,7 +221,7 @@ impl FromStr for ControllerVariants {
             }
             variants.push(variant);
         }
-        Ok(Self(variants))
+        Ok(Self { variants, asked: Asked::ByName })
     }
 }
 
@@ -181,7 +234,7 @@ mod tests {
     fn each_variant_has_a_name_of_its_own_and_can_be_built() {
         for variant in ControllerVariant::all() {
             assert_eq!(ControllerVariant::from_name(variant.name()), Some(variant));
-            let robot = variant.robot(None, &Overrides::default()).unwrap();
+            let robot = variant.robot::<3, 2>(&RobotText::read(None).unwrap(), &Overrides::default()).unwrap();
             robot.controller(variant.law(), AdaptationGuard::None).unwrap();
         }
     }

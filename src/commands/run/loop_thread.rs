@@ -70,7 +70,7 @@ impl<const J: usize, const N: usize> LoopThread<'_, J, N> {
         };
         let link = match self.place {
             Place::SimulatedVirtualTime(plant) | Place::SimulatedRealTime(plant) => {
-                AnyLink::Simulated(self.simulated_link(*plant, clock.clone())?)
+                AnyLink::Simulated(self.simulated_link(self.plant(*plant)?, clock.clone())?)
             }
             Place::Interface(interface) => AnyLink::Can(can_link(&self.robot.description, interface)?),
         };
@@ -92,18 +92,32 @@ impl<const J: usize, const N: usize> LoopThread<'_, J, N> {
         realtime.enter(self.log.as_ref()).map(Some)
     }
 
-    /// A link to a simulated robot in this process. Its plant follows `clock`; in virtual time that is one period a cycle,
-    /// to the nanosecond.
-    fn simulated_link(
-        &self,
-        plant: PlantChoice,
-        clock: AnyClock,
-    ) -> anyhow::Result<InProcessLink<SimulatedRobot<SimulatedPlant<N>, J>, AnyClock>> {
+    /// Makes the run on `plant` in virtual time, wherever its place is.
+    ///
+    /// # Errors
+    /// If it cannot be begun.
+    pub fn on_plant(self, plant: SimulatedPlant<N>) -> anyhow::Result<Finished<N>> {
+        let mut clock = AnyClock::Virtual(VirtualClock::default());
+        let link = AnyLink::Simulated(self.simulated_link(plant, clock.clone())?);
+        self.on(link, &mut clock)
+    }
+
+    /// The simulated plant with what disturbs it there.
+    fn plant(&self, choice: PlantChoice) -> anyhow::Result<SimulatedPlant<N>> {
         let disturbance = match self.settings.disturbance_site {
             DisturbanceSite::Plant => self.settings.disturbance,
             DisturbanceSite::Command => Disturbance::None,
         };
-        let plant = SimulatedPlant::new(self.robot, plant, disturbance)?;
+        SimulatedPlant::new(self.robot, choice, disturbance)
+    }
+
+    /// A link to a simulated robot in this process. Its plant follows `clock`; in virtual time that is one period a cycle,
+    /// to the nanosecond.
+    fn simulated_link(
+        &self,
+        plant: SimulatedPlant<N>,
+        clock: AnyClock,
+    ) -> anyhow::Result<InProcessLink<SimulatedRobot<SimulatedPlant<N>, J>, AnyClock>> {
         Ok(InProcessLink::new(simulated_with(self.robot, plant, Pacing::WallClock, self.bought)?, clock))
     }
 

@@ -34,15 +34,14 @@ use crate::reference;
 use crate::report::{RunReport, print_mean};
 use crate::robot::Robot;
 use crate::robot::RobotText;
-use crate::robot::model::Mechanics;
 use crate::robot::overrides::Overrides;
 use crate::robot::shape::for_shape;
 use crate::signals;
-use crate::simulated_robot::PlantChoice;
+use crate::simulated_robot::{PlantChoice, usual_disturbance};
 use crate::usage::UsageError;
 use place::Place;
 use recording::Repetition;
-pub use rehearsal::rehearse;
+pub use rehearsal::{rehearse, simulate};
 use session::Session;
 
 /// Arguments of `uarm run`.
@@ -141,7 +140,7 @@ fn run_robot<const J: usize, const N: usize>(arguments: &Arguments, text: &Robot
     }
     let stop = signals::stop_request().context("signal handlers")?;
     let session = Session {
-        settings: settings(arguments, arm_kind(&robot)),
+        settings: settings(arguments, usual_disturbance(&robot)),
         place,
         realtime: realtime(arguments)?,
         log: arguments.log.clone().unwrap_or_default(),
@@ -222,12 +221,10 @@ fn robot<const J: usize, const N: usize>(arguments: &Arguments, text: &RobotText
 }
 
 /// On drives, what is safe; on the simulated robot, what the paper did.
-fn settings(arguments: &Arguments, arm: ArmKind) -> Settings {
-    let (guard, disturbance, disturbance_site) = match (&arguments.can, arm) {
-        (Some(_), _) => (AdaptationGuard::Bounded, Disturbance::None, DisturbanceSite::Command),
-        (None, ArmKind::Paper) => (AdaptationGuard::None, Disturbance::Paper, DisturbanceSite::Plant),
-        // That of eq. 48 is one for motors of 0.2 N·m.
-        (None, ArmKind::Other) => (AdaptationGuard::None, Disturbance::None, DisturbanceSite::Plant),
+fn settings(arguments: &Arguments, of_plant: Disturbance) -> Settings {
+    let (guard, disturbance, disturbance_site) = match &arguments.can {
+        Some(_) => (AdaptationGuard::Bounded, Disturbance::None, DisturbanceSite::Command),
+        None => (AdaptationGuard::None, of_plant, DisturbanceSite::Plant),
     };
     Settings {
         law: arguments.controller,
@@ -240,33 +237,8 @@ fn settings(arguments: &Arguments, arm: ArmKind) -> Settings {
     }
 }
 
-/// Whose experiment a run is by default.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum ArmKind {
-    /// Two active joints behind a base with an encoder.
-    Paper,
-    /// Any other.
-    Other,
-}
-
-fn arm_kind<const J: usize, const N: usize>(robot: &Robot<J, N>) -> ArmKind {
-    match robot.mechanics {
-        Mechanics::ThreeLinks { .. } => ArmKind::Paper,
-        Mechanics::Planar { .. } | Mechanics::Spatial { .. } => ArmKind::Other,
-    }
-}
-
 fn place<const J: usize, const N: usize>(arguments: &Arguments, robot: &Robot<J, N>) -> anyhow::Result<Place> {
-    let plant = match arguments.plant {
-        None => PlantChoice::default().of(robot),
-        Some(asked) if asked.of(robot) == asked => asked,
-        Some(_) => {
-            let name = &robot.description.name;
-            let message =
-                format!("--plant uarm: expected ideal or space, since {name} has no [plant], no imperfections");
-            return Err(UsageError::new(message).into());
-        }
-    };
+    let plant = PlantChoice::asked(arguments.plant, robot)?;
     Ok(match (&arguments.can, arguments.virtual_time) {
         (Some(interface), _) => Place::Interface(interface.clone()),
         (None, true) => Place::SimulatedVirtualTime(plant),
@@ -378,7 +350,7 @@ mod tests {
     fn settings_of(options: &[&str]) -> (AdaptationGuard, Disturbance, DisturbanceSite) {
         let words = std::iter::once("run").chain(options.iter().copied());
         let Settings { guard, disturbance, disturbance_site, .. } =
-            settings(&CommandLine::try_parse_from(words).unwrap().arguments, ArmKind::Paper);
+            settings(&CommandLine::try_parse_from(words).unwrap().arguments, Disturbance::Paper);
         (guard, disturbance, disturbance_site)
     }
 

@@ -1,4 +1,4 @@
-//! The task of a robot on its simulated self, for commands that want to know whether it would be completed.
+//! A robot's task on its simulated self, for commands that want to know how it ends and keep no log.
 
 use hinf_control::{AdaptationGuard, Disturbance, Law};
 use uarm_loop::control_loop::LoopEnd;
@@ -11,7 +11,7 @@ use super::place::Place;
 use crate::bought::Bought;
 use crate::dimensions::Progress;
 use crate::robot::Robot;
-use crate::simulated_robot::PlantChoice;
+use crate::simulated_robot::{PlantChoice, SimulatedPlant};
 use crate::simulation::SimulatedEnd;
 
 /// The task of `robot` on the simulated robot with the imperfections of its file and the drives `bought`, in virtual time.
@@ -24,10 +24,24 @@ pub fn rehearse<const J: usize, const N: usize>(
     law: Law,
     disturbance: Disturbance,
 ) -> anyhow::Result<SimulatedEnd<N>> {
+    let settings = Settings { guard: AdaptationGuard::Bounded, disturbance, ..Settings::paper(law) };
+    simulate(robot, bought, &settings, SimulatedPlant::new(robot, PlantChoice::Uarm.of(robot), disturbance)?)
+}
+
+/// A run of `robot` on `plant`, which brings its disturbance along, with the drives `bought`: the loop of `uarm run` in virtual time.
+///
+/// # Errors
+/// If it cannot be begun.
+pub fn simulate<const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    bought: &Bought<J>,
+    settings: &Settings,
+    plant: SimulatedPlant<N>,
+) -> anyhow::Result<SimulatedEnd<N>> {
     let (progress, stop) = (Progress::default(), StopRequest::default());
-    let finished = LoopThread {
+    let run = LoopThread {
         robot,
-        settings: &Settings { guard: AdaptationGuard::Bounded, disturbance, ..Settings::paper(law) },
+        settings,
         place: &Place::SimulatedVirtualTime(PlantChoice::Uarm.of(robot)),
         bought,
         realtime: None,
@@ -35,8 +49,8 @@ pub fn rehearse<const J: usize, const N: usize>(
         log: None,
         observer: Observer { progress: &progress, stop: &stop },
         announcement: &[],
-    }
-    .run()?;
+    };
+    let finished = run.on_plant(plant)?;
     Ok(match finished.end {
         Ok(LoopEnd::Completed) => SimulatedEnd::Completed(Box::new(finished.outcome)),
         Ok(LoopEnd::Interrupted) => SimulatedEnd::Failed(anyhow::anyhow!("interrupted")),

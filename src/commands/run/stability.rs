@@ -8,6 +8,7 @@ use uarm_loop::stability::survey::Worst;
 use super::place::Place;
 use crate::robot::Robot;
 use crate::stability::{Analysis, StabilityError};
+use crate::words::in_words;
 
 /// What is to be said before a run of `law` at `place`. On the simulated robot a loop that would be refused is a warning.
 ///
@@ -43,16 +44,6 @@ fn radius<const J: usize, const N: usize>(worst: &Worst<N>) -> String {
     let numbers = (0..N).map(dimensions::number_of_active::<J, N>);
     let angles = worst.configuration.iter().map(|angle| format!("{:.1}", angle.to_degrees()));
     format!("spectral radius {:.4} with joints {} at {} deg", worst.radius, in_words(numbers), in_words(angles))
-}
-
-/// As in "1, 2 and 3".
-fn in_words(items: impl Iterator<Item = impl ToString>) -> String {
-    let items: Vec<_> = items.map(|item| item.to_string()).collect();
-    match items.split_last() {
-        Some((last, [])) => last.clone(),
-        Some((last, others)) => format!("{} and {last}", others.join(", ")),
-        None => String::new(),
-    }
 }
 
 fn refusal<const J: usize, const N: usize>(

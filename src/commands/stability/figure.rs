@@ -32,7 +32,7 @@ struct Radii {
 }
 
 impl Radii {
-    fn of(analysis: &mut Analysis<'_>) -> Self {
+    fn of<const J: usize, const N: usize>(analysis: &mut Analysis<'_, J, N>) -> Self {
         let delay = analysis.delays().map(TransportDelay::get).into_iter().fold(0.0, f64::max);
         Self { delay, task: analysis.along_the_task().radius, workspace: analysis.in_the_workspace().radius }
     }
@@ -43,7 +43,7 @@ impl Radii {
 pub struct RobotCurves {
     label: String,
     by_delay: Vec<Radii>,
-    /// With the delay that the robot has; of the joints' delays the longest stands for both.
+    /// With the delay that the robot has; of the joints' delays the longest stands for all.
     own: Radii,
 }
 
@@ -52,7 +52,11 @@ impl RobotCurves {
     ///
     /// # Errors
     /// None for the delays of the figure.
-    pub fn of(robot: &Robot, mut analysis: Analysis<'_>, done: impl Fn()) -> Result<Self, DelayError> {
+    pub fn of<const J: usize, const N: usize>(
+        robot: &Robot<J, N>,
+        mut analysis: Analysis<'_, J, N>,
+        done: impl Fn(),
+    ) -> Result<Self, DelayError> {
         let at = |step: u32| {
             let delay = TransportDelay::cycles(LAST_DELAY * f64::from(step) / f64::from(STEPS))?;
             let radii = analysis.with_delay(delay, Radii::of);

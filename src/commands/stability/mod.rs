@@ -3,13 +3,14 @@
 mod figure;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::Context;
 use hinf_control::{BaseAcceleration, Law};
 use serde::Serialize;
+use uarm_loop::dimensions;
 use uarm_loop::stability::survey::Worst;
 use uarm_loop::stability::{DelayError, TransportDelay};
 use uarm_plot::output::FigureFile;
@@ -19,10 +20,13 @@ use crate::console;
 use crate::exit::Exit;
 use crate::options::{self, choice};
 use crate::output_files::{Force, OutputFiles};
-use crate::robot::Robot;
+use crate::robot::error::RobotError;
 use crate::robot::overrides::Overrides;
+use crate::robot::shape::for_shape;
+use crate::robot::{Robot, RobotText};
 use crate::stability::Analysis;
 use crate::study::progress::progress_bar;
+use crate::words::in_words;
 use figure::RobotCurves;
 
 /// Arguments of `uarm stability`.
@@ -73,14 +77,14 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// A robot file with what the command line changes in it.
-    fn load(&self, file: Option<&Path>) -> anyhow::Result<Robot> {
+    /// A robot with what the command line changes in its file.
+    fn robot<const J: usize, const N: usize>(&self, file: &RobotText) -> Result<Robot<J, N>, RobotError> {
         let overrides = Overrides {
             period: self.period,
             base_acceleration: self.base_acceleration.map(|mode| (self.controller, mode)),
             ..Overrides::default()
         };
-        Ok(Robot::load_with(file, &overrides)?)
+        Robot::of_text(&file.name, &file.text, &overrides)
     }
 }
 
@@ -96,7 +100,7 @@ const TABLE: [f64; 7] = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0];
 #[derive(Debug, Serialize)]
 struct Place {
     spectral_radius: f64,
-    joints_deg: [f64; 2],
+    joints_deg: Vec<f64>,
     stable: bool,
 }
 
@@ -113,7 +117,10 @@ struct Report {
     controller: &'static str,
     period_ms: f64,
     estimator: String,
-    delay_cycles: [f64; 2],
+    /// The number of the first active joint, counted from 1.
+    #[serde(skip)]
+    first_active: usize,
+    delay_cycles: Vec<f64>,
     task: Place,
     workspace: Place,
     by_delay: Vec<Row>,
@@ -126,13 +133,16 @@ struct Report {
 /// # Errors
 /// If a robot file is wrong, its estimator is not linear, or the figure cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
-    let robot = arguments.load(arguments.robot.as_deref())?;
     let inputs = arguments.robot.iter().chain(&arguments.beside).map(PathBuf::as_path);
     let outputs = OutputFiles::new(arguments.force, inputs);
     outputs.check(arguments.figure.as_ref().map(FigureFile::path)).context("--figure")?;
-    let beside = arguments.beside.iter().map(|file| arguments.load(Some(file)).context("--beside"));
+    let robot = RobotText::read(arguments.robot.as_deref())?;
+    let beside = arguments.beside.iter().map(|file| RobotText::read(Some(file)).context("--beside"));
     let beside = beside.collect::<anyhow::Result<Vec<_>>>()?;
-    let report = report(&robot, arguments)?;
+    for other in &beside {
+        for_shape!(other.shape().context("--beside")?, check(arguments, other)).context("--beside")?;
+    }
+    let report = for_shape!(robot.shape()?, report(arguments, &robot))?;
     if let Some(file) = &arguments.figure {
         let robots: Vec<_> = std::iter::once(robot).chain(beside).collect();
         let bytes = file.render(&draw(&robots, arguments)?).context("--figure")?;
@@ -146,13 +156,16 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     Ok(if report.task.stable { Exit::Ok } else { Exit::Failure }.into())
 }
 
-fn draw(robots: &[Robot], arguments: &Arguments) -> anyhow::Result<Sheet> {
+/// Finds what is wrong with a robot file before anything takes long.
+fn check<const J: usize, const N: usize>(arguments: &Arguments, file: &RobotText) -> anyhow::Result<()> {
+    Ok(arguments.robot::<J, N>(file).map(drop)?)
+}
+
+fn draw(robots: &[RobotText], arguments: &Arguments) -> anyhow::Result<Sheet> {
     let law = arguments.controller;
     let bar = progress_bar(robots.len() as u64 * figure::POINTS, "points");
-    let curves = robots.iter().map(|robot| {
-        let analysis = Analysis::new(robot, law, arguments.delay).with_context(|| robot.description.name.clone())?;
-        Ok(RobotCurves::of(robot, analysis, || bar.inc(1))?)
-    });
+    let done = || bar.inc(1);
+    let curves = robots.iter().map(|robot| for_shape!(robot.shape()?, curves(arguments, robot, &done)));
     let curves = curves.collect::<anyhow::Result<Vec<_>>>()?;
     bar.finish_and_clear();
     let mode = arguments.base_acceleration.map(|mode| format!(", base acceleration {}", mode.name()));
@@ -160,8 +173,20 @@ fn draw(robots: &[Robot], arguments: &Arguments) -> anyhow::Result<Sheet> {
     Ok(figure::sheet(&curves, note))
 }
 
-fn report(robot: &Robot, arguments: &Arguments) -> anyhow::Result<Report> {
-    let mut analysis = Analysis::new(robot, arguments.controller, arguments.delay)?;
+fn curves<const J: usize, const N: usize>(
+    arguments: &Arguments,
+    file: &RobotText,
+    done: &dyn Fn(),
+) -> anyhow::Result<RobotCurves> {
+    let robot = arguments.robot::<J, N>(file)?;
+    let analysis =
+        Analysis::new(&robot, arguments.controller, arguments.delay).with_context(|| robot.description.name.clone())?;
+    Ok(RobotCurves::of(&robot, analysis, done)?)
+}
+
+fn report<const J: usize, const N: usize>(arguments: &Arguments, file: &RobotText) -> anyhow::Result<Report> {
+    let robot = arguments.robot::<J, N>(file)?;
+    let mut analysis = Analysis::new(&robot, arguments.controller, arguments.delay)?;
     let by_delay = TABLE.map(|cycles| {
         let delay = TransportDelay::cycles(cycles)?;
         let spectral_radius = analysis.with_delay(delay, |other| other.along_the_task().radius);
@@ -172,7 +197,8 @@ fn report(robot: &Robot, arguments: &Arguments) -> anyhow::Result<Report> {
         controller: arguments.controller.name(),
         period_ms: robot.description.period.duration().as_secs_f64() * 1e3,
         estimator: robot.file.estimator.to_string(),
-        delay_cycles: analysis.delays().map(TransportDelay::get),
+        first_active: dimensions::number_of_active::<J, N>(0),
+        delay_cycles: analysis.delays().map(TransportDelay::get).to_vec(),
         task: place(&analysis.along_the_task()),
         workspace: place(&analysis.in_the_workspace()),
         by_delay: by_delay.into_iter().collect::<Result<_, DelayError>>()?,
@@ -180,29 +206,37 @@ fn report(robot: &Robot, arguments: &Arguments) -> anyhow::Result<Report> {
     })
 }
 
-fn place(worst: &Worst) -> Place {
-    let Worst { radius, configuration } = *worst;
+fn place<const N: usize>(worst: &Worst<N>) -> Place {
     // Half a degree's rounding would print −0.
-    let degrees = |angle: f64| angle.to_degrees() + 0.0;
+    let degrees = |angle: &f64| angle.to_degrees() + 0.0;
     Place {
-        spectral_radius: radius,
-        joints_deg: [degrees(configuration.x), degrees(configuration.y)],
+        spectral_radius: worst.radius,
+        joints_deg: worst.configuration.iter().map(degrees).collect(),
         stable: !worst.is_unstable(),
     }
 }
 
 fn print(output: &mut impl Write, report: &Report) -> std::io::Result<()> {
-    let Report { robot, controller, period_ms, estimator, delay_cycles: [second, third], .. } = report;
+    let Report { robot, controller, period_ms, estimator, .. } = report;
+    let numbers = || report.first_active..;
     writeln!(output, "{robot}, controller {controller}: a cycle every {period_ms} ms, estimator {estimator}")?;
+    let delays = report.delay_cycles.iter().zip(numbers());
+    let delays = in_words(delays.map(|(delay, joint)| format!("{delay:.2} (joint {joint})")));
+    writeln!(output, "torques act {delays} cycles after the counts were latched\n")?;
+    let joints: Vec<_> = report.delay_cycles.iter().zip(numbers()).map(|(_, joint)| format!("q{joint}")).collect();
+    // Each angle below takes eight characters, and one before it.
+    let width = 9 * joints.len() - 1;
     writeln!(
         output,
-        "torques act {second:.2} (joint 2) and {third:.2} (joint 3) cycles after the counts were latched\n"
+        "{:<17} {:>15}  {:>width$}",
+        "worst",
+        "spectral radius",
+        format!("at {} (deg)", joints.join(", "))
     )?;
-    writeln!(output, "{:<17} {:>15}  {:>17}", "worst", "spectral radius", "at q2, q3 (deg)")?;
     for (name, place) in [("along the task", &report.task), ("in the workspace", &report.workspace)] {
-        let [q2, q3] = place.joints_deg;
+        let angles: String = place.joints_deg.iter().map(|angle| format!(" {angle:>8.1}")).collect();
         let verdict = if place.stable { "stable" } else { "UNSTABLE" };
-        writeln!(output, "{name:<17} {:>15.4}  {q2:>8.1} {q3:>8.1}  {verdict}", place.spectral_radius)?;
+        writeln!(output, "{name:<17} {:>15.4} {angles}  {verdict}", place.spectral_radius)?;
     }
     writeln!(output, "\n{:<17} {:>15}", "delay (cycles)", "along the task")?;
     for row in &report.by_delay {

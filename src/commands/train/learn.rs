@@ -13,8 +13,8 @@ use hinf_control::{BellError, BellShape, Firing, FuzzySets, GeneralisedBell};
 pub const VELOCITY_UNIVERSE: [f64; 2] = [-20.0, 20.0];
 /// The universe of position errors in the paper's Fig. 12, °.
 pub const POSITION_UNIVERSE: [f64; 2] = [-2.0, 0.5];
-/// Without a checking set, every so many samples check what the others train. Odd, since the two joints' samples alternate:
-/// an even number would check one joint alone.
+/// Without a checking set, every so many samples check what the others train. Their samples
+/// alternate joint by joint: so many joints, or a part of so many, would have one of them checked alone.
 const CHECK_ONE_IN: usize = 5;
 
 /// Jang's factors for the step: after four decreases of the error in a row, and after it went up and down twice.

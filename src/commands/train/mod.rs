@@ -21,8 +21,10 @@ use crate::figures::output::{Format, write};
 use crate::figures::sets;
 use crate::options::{self, choice};
 use crate::output_files::{Force, OutputFiles};
-use crate::robot::Robot;
 use crate::robot::fuzzy_sets::TrainedSets;
+use crate::robot::overrides::Overrides;
+use crate::robot::shape::for_shape;
+use crate::robot::{Robot, RobotText};
 use learn::{Learned, Settings, learn};
 use samples::samples;
 
@@ -31,7 +33,7 @@ use samples::samples;
 #[command(after_help = "\
 The fuzzy laws weigh 9 rules by how well the errors of a joint fit 3 sets of velocity error and 3 of position error.
 ANFIS (Jang 1993) learns these sets off line from recorded runs:
-  inputs   velocity and position error of joints 2 and 3, measured less desired, deg/s and deg
+  inputs   velocity and position error of the active joints, measured less desired, deg/s and deg
   target   applied torque less feedback torque, N m: what the rules shall supply (paper eqs. 41 and 43)
 Take runs that track well without knowing the model, such as --controller neural. One fifth of the samples checks what the
 others train, or all of --check; the sets with the lowest checking error are kept.
@@ -86,7 +88,16 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let inputs = arguments.runs.iter().chain(&arguments.check).chain(&arguments.robot);
     let outputs = OutputFiles::new(arguments.force, inputs.map(PathBuf::as_path));
     outputs.check([arguments.out.as_path()]).context("--out")?;
-    let robot = Robot::load(arguments.robot.as_deref())?;
+    let robot = RobotText::read(arguments.robot.as_deref())?;
+    for_shape!(robot.shape()?, train(arguments, &robot, &outputs))
+}
+
+fn train<const J: usize, const N: usize>(
+    arguments: &Arguments,
+    file: &RobotText,
+    outputs: &OutputFiles,
+) -> anyhow::Result<ExitCode> {
+    let robot = Robot::<J, N>::of_text(&file.name, &file.text, &Overrides::default())?;
     let data = samples(&arguments.runs, arguments.controller, &robot)?;
     let checking = match arguments.check.as_slice() {
         [] => None,
@@ -106,9 +117,9 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     })?;
     bar.finish_and_clear();
     let trained = TrainedSets { firing: robot.controllers.fuzzy.firing, sets: learned.sets };
-    let text = trained.to_text(&comment(arguments, &robot, &learned));
+    let text = trained.to_text(&comment(arguments, &robot.description.name, &learned));
     let figures = match &arguments.figures {
-        Some(directory) => write(&figures(&learned), directory, arguments.format, &outputs).context("--figures")?,
+        Some(directory) => write(&figures(&learned), directory, arguments.format, outputs).context("--figures")?,
         None => Vec::new(),
     };
     outputs.write(&arguments.out, |output| output.write_all(text.as_bytes())).context("--out")?;
@@ -127,7 +138,7 @@ fn progress_bar(epochs: u32) -> ProgressBar {
 }
 
 /// What stands above the sets: where they come from, so that they can be made again.
-fn comment(arguments: &Arguments, robot: &Robot, learned: &Learned) -> String {
+fn comment(arguments: &Arguments, robot: &str, learned: &Learned) -> String {
     let names = |files: &[PathBuf]| {
         files.iter().map(|file| file.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect::<Vec<_>>()
     };
@@ -149,9 +160,9 @@ fn comment(arguments: &Arguments, robot: &Robot, learned: &Learned) -> String {
     format!(
         "Premise sets of the fuzzy controllers, trained with ANFIS (Jang 1993). Use: --fuzzy-sets FILE.\n\
          A set is mu(x) = 1 / (1 + |(x - centre) / half_width|^(2 steepness)); centres ascend.\n\
-         Made with (robot {}, file names without their directories):\n  {command}\n\
+         Made with (robot {robot}, file names without their directories):\n  {command}\n\
          {} samples trained, {} checked; RMSE {before:.6} N m before, {:.6} after {} epochs.",
-        robot.description.name, learned.counts[0], learned.counts[1], kept.rmse, kept.premise_updates
+        learned.counts[0], learned.counts[1], kept.rmse, kept.premise_updates
     )
 }
 

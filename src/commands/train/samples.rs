@@ -8,13 +8,15 @@
 //! F + E − δ by M_mm ṡ + C_mm s − T11⁻¹u alone: nothing but transients. The run should therefore be one that tracks well with
 //! what it adapted, friction included, such as `neural`; the paper, too, trained on an earlier adaptive run (its section 4).
 //!
-//! Both joints' samples are pooled, since both systems share the sets. Joints whose torque was cut are left out: there the
+//! The samples of all joints are pooled, since their systems share the sets. Joints whose torque was cut are left out: there the
 //! torque is the limiter's.
 
 use std::path::{Path, PathBuf};
 
 use anfis::{AnfisError, DataSet};
 use hinf_control::{Law, Synthesis};
+
+use uarm_loop::dimensions;
 
 use super::points::{self, Place, Point, PointsError};
 use crate::robot::Robot;
@@ -92,11 +94,20 @@ type Sample = ([f64; 2], f64);
 ///
 /// # Errors
 /// [`SampleError`].
-pub fn samples(runs: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
+pub fn samples<const J: usize, const N: usize>(
+    runs: &[PathBuf],
+    law: Law,
+    robot: &Robot<J, N>,
+) -> Result<DataSet, SampleError> {
     samples_up_to(MOST_SAMPLES, runs, law, robot)
 }
 
-fn samples_up_to(most: usize, runs: &[PathBuf], law: Law, robot: &Robot) -> Result<DataSet, SampleError> {
+fn samples_up_to<const J: usize, const N: usize>(
+    most: usize,
+    runs: &[PathBuf],
+    law: Law,
+    robot: &Robot<J, N>,
+) -> Result<DataSet, SampleError> {
     if robot.controllers.state_weights(law).is_none() {
         return Err(SampleError::Law { law });
     }
@@ -105,35 +116,44 @@ fn samples_up_to(most: usize, runs: &[PathBuf], law: Law, robot: &Robot) -> Resu
     let mut samples: Vec<Sample> = Vec::new();
     for file in runs {
         let before = samples.len();
-        let take = |of_run: &mut Vec<Sample>, point: &Point| {
-            check_input(file, point, law, &synthesis)?;
+        let take = |of_run: &mut Vec<Sample>, point: &Point<N>| {
+            check_input::<J, N>(file, point, law, &synthesis)?;
             of_run.extend(samples_of(point, &synthesis));
             if before + of_run.len() > most {
                 return Err(SampleError::TooMany { most, file: file.clone(), place: point.place });
             }
             Ok(())
         };
-        samples.extend(points::read(file, Vec::new, take)?);
+        samples.extend(points::read::<_, _, J, N>(file, Vec::new, take)?);
     }
     Ok(DataSet::new(samples)?)
 }
 
 /// The samples of one cycle: none of a joint whose torque was cut.
-fn samples_of(point: &Point, synthesis: &Synthesis<f64>) -> impl Iterator<Item = Sample> + use<> {
+fn samples_of<const N: usize>(
+    point: &Point<N>,
+    synthesis: &Synthesis<f64, N>,
+) -> impl Iterator<Item = Sample> + use<N> {
     let Point { error, limited, .. } = *point;
     let rest = point.torque_applied - synthesis.feedback_torque(&error);
-    (0..2)
+    (0..N)
         .filter(move |joint| !limited[*joint])
         .map(move |joint| ([error.velocity[joint].to_degrees(), error.position[joint].to_degrees()], rest[joint]))
 }
 
-fn check_input(file: &Path, point: &Point, law: Law, synthesis: &Synthesis<f64>) -> Result<(), SampleError> {
+fn check_input<const J: usize, const N: usize>(
+    file: &Path,
+    point: &Point<N>,
+    law: Law,
+    synthesis: &Synthesis<f64, N>,
+) -> Result<(), SampleError> {
     let expected = synthesis.control_input(&point.error);
-    for joint in 0..2 {
+    for joint in 0..N {
         let (found, expected) = (point.control_input[joint], expected[joint]);
         if (found - expected).abs() > INPUT_TOLERANCE * expected.abs().max(1.0) {
             let (file, place, law) = (file.to_owned(), point.place, law.name());
-            return Err(SampleError::OtherLaw { file, place, joint: joint + 2, found, expected, law });
+            let joint = dimensions::number_of_active::<J, N>(joint);
+            return Err(SampleError::OtherLaw { file, place, joint, found, expected, law });
         }
     }
     Ok(())
@@ -146,8 +166,8 @@ mod tests {
     #[test]
     fn more_samples_than_are_held_are_refused_by_file_and_line() {
         // A joint that stands still where it should, in four cycles: two samples each.
-        let row = vec!["0"; points::COLUMNS.len()].join(",");
-        let text = format!("{}\n{}", points::COLUMNS.join(","), format!("{row}\n").repeat(4));
+        let row = vec!["0"; points::columns::<3, 2>().len()].join(",");
+        let text = format!("{}\n{}", points::columns::<3, 2>().join(","), format!("{row}\n").repeat(4));
         let file = std::env::temp_dir().join(format!("uarm-train-samples-{}.csv", std::process::id()));
         std::fs::write(&file, text).unwrap();
         let robot = Robot::load(None).unwrap();
