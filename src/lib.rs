@@ -7,7 +7,7 @@
 //! | [`robot`] | robot files: read, checked, turned into types |
 //! | [`drives`] | which master drives the robot: CANopen or ODrive |
 //! | [`mod@reference`] | where the joints with incremental encoders are, and whether that still holds |
-//! | [`simulated_robot`], [`simulation`] | a plant behind emulated drives; a run on it in virtual time |
+//! | [`simulated_robot`] | a plant behind emulated drives |
 //! | [`campaign`] | faults drawn by the thousand |
 //! | [`study`] | many experiments on drawn robots |
 //! | [`stability`] | is the loop of a robot file stable with the delay of its drives? |
@@ -52,7 +52,6 @@ pub mod robot;
 pub mod sdo_access;
 pub mod signals;
 pub mod simulated_robot;
-pub mod simulation;
 pub mod stability;
 pub mod study;
 pub mod text_file;

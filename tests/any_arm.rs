@@ -184,13 +184,33 @@ fn other_arms_are_simulated_as_they_are() {
 
 #[test]
 fn commands_for_the_papers_robot_alone_say_so() {
-    let robot = file("seven-joint");
-    let output =
-        uarm(&["figures", "--robot", robot.to_str().unwrap(), "--out", scratch("any_arm_figures").to_str().unwrap()]);
+    let output = uarm(&["campaign", "--robot", file("seven-joint").to_str().unwrap()]);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1));
     let expected = "joints = 7 active joints: expected a passive base and 2 active joints: what was asked for is for the paper's arm alone";
     assert!(message.contains(expected), "{message}");
+}
+
+/// A panel for each joint's error and torque, and for L2; no base, no disturbance, no number of the paper.
+#[test]
+fn the_controllers_are_drawn_side_by_side() {
+    let folder = folder_of("any_arm_figures");
+    let robot = file("ets-vii");
+    let output =
+        uarm(&["figures", "--robot", robot.to_str().unwrap(), "--out", folder.to_str().unwrap(), "--format", "svg"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(files, ["overview.svg"]);
+    let drawn = std::fs::read_to_string(folder.join("overview.svg")).unwrap();
+    for joint in 1..=3 {
+        for panel in ["position error", "torque"] {
+            assert!(drawn.contains(&format!("Joint {joint}: {panel}")), "{joint}: {panel}");
+        }
+    }
+    for absent in ["Base:", "disturb", "Table 4", "Joint 4"] {
+        assert!(!drawn.contains(absent), "{absent}");
+    }
+    assert!(drawn.contains("ETS-VII as the controllers believe it to be"));
 }
 
 /// What `uarm compare` says of `arguments`, as JSON.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use hinf_control::Law;
+use hinf_control::{Disturbance, Law};
 use roxmltree::{Document, Node};
 use uarm::commands::figures::experiments::{Experiment, simulate_paper as simulate};
 use uarm::commands::figures::{overview, paper};
@@ -71,7 +71,13 @@ fn curves_stand_where_the_axes_say() {
 fn figures_are_the_same_bytes_each_time() {
     let draw = || {
         let experiments = [Law::Nonlinear, Law::Fuzzy].map(experiment);
-        let overview = overview::overview(&experiments, overview::Published::Shown, "note");
+        let shared = overview::Shared {
+            task: Robot::load(None).unwrap().description.task,
+            disturbance: Disturbance::Paper,
+            published: overview::Published::Shown,
+            note: "note".to_owned(),
+        };
+        let overview = overview::overview(&experiments, &shared);
         let torque = paper::torque(&experiments[1], &paper::figures_of(Law::Fuzzy).unwrap(), "note");
         (svg(&overview).unwrap(), png(&torque).unwrap())
     };

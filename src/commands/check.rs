@@ -10,14 +10,13 @@ use serde::Serialize;
 use uarm_loop::dimensions;
 
 use crate::bought::{Bought, DictionaryArguments};
-use crate::commands::run::rehearse;
+use crate::commands::run::{SimulatedEnd, rehearse};
 use crate::error_text::with_causes;
 use crate::exit::Exit;
 use crate::robot::RobotText;
 use crate::robot::overrides::Overrides;
 use crate::robot::shape::for_shape;
 use crate::robot::{self, Robot, demand};
-use crate::simulation::SimulatedEnd;
 use crate::{console, options};
 
 /// Arguments of `uarm check`.

@@ -4,9 +4,8 @@ use uarm_loop::settings::Settings;
 
 use super::variant::VariantRobot;
 use crate::bought::Bought;
-use crate::commands::run::simulate;
+use crate::commands::run::{SimulatedEnd, simulate};
 use crate::simulated_robot::SimulatedPlant;
-use crate::simulation::SimulatedEnd;
 
 /// Runs one experiment with a controller variant on `plant`, which brings its disturbance along.
 ///
@@ -16,5 +15,5 @@ pub fn experiment<const J: usize, const N: usize>(
     variant: &VariantRobot<J, N>,
     plant: SimulatedPlant<N>,
 ) -> anyhow::Result<SimulatedEnd<N>> {
-    simulate(&variant.robot, &Bought::default(), &Settings::paper(variant.variant.law()), plant)
+    simulate(&variant.robot, &Bought::default(), &Settings::paper(variant.variant.law()), plant, None)
 }

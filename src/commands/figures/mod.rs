@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use hinf_control::{FuzzySets, Law};
+use hinf_control::{Disturbance, FuzzySets, Law};
 use uarm_plot::sheet::{Panel, Sheet};
 use uarm_sim::UarmPlantParameters;
 
@@ -18,10 +18,13 @@ use crate::figures::output::{Format, write};
 use crate::figures::sets;
 use crate::options::choice;
 use crate::output_files::{Force, OutputFiles};
-use crate::robot::Robot;
 use crate::robot::fuzzy_sets::TrainedSets;
-use crate::simulated_robot::PlantChoice;
-use experiments::{Experiment, simulate_paper};
+use crate::robot::overrides::Overrides;
+use crate::robot::shape::{Shape, for_shape};
+use crate::robot::{Robot, RobotText};
+use crate::simulated_robot::{PlantChoice, usual_disturbance};
+use experiments::{Experiment, simulate_paper, simulated};
+use overview::{Published, Shared};
 
 /// Arguments of `uarm figures`.
 #[derive(Debug, clap::Args)]
@@ -29,6 +32,7 @@ use experiments::{Experiment, simulate_paper};
 Runs each of the six controllers once in virtual time and draws what the paper shows of them:
   fig04 ... fig16   positions, velocities and torques (4-11, 13-16), fuzzy sets (12), with the paper's axes
   overview          all six together: errors, base, torques, and L2 beside the paper's Table 4
+Of a robot with other joints than the paper's, the overview alone.
 The same command writes the same bytes, on any machine: the font is built in.
 The curves are a simulation. The plant \"uarm\" is a fit to the paper's Table 4, no measurement.
 
@@ -44,9 +48,9 @@ pub struct Arguments {
     /// The robot file; without it the paper's UARM
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
-    /// What the simulated robot is
-    #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
-    plant: PlantChoice,
+    /// What the simulated robot is; by default "uarm", or "ideal" where the robot file has no [plant]
+    #[arg(long, value_parser = choice::<PlantChoice>(), value_name = "PLANT")]
+    plant: Option<PlantChoice>,
     /// Let the fuzzy laws run with the sets in this file, as uarm train writes it; without it with the untrained grid
     #[arg(long, value_name = "FILE.toml")]
     fuzzy_sets: Option<PathBuf>,
@@ -59,17 +63,43 @@ pub struct Arguments {
 /// # Errors
 /// If the robot file is wrong, a run fails, or a file cannot be written.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
-    let mut robot = Robot::load(arguments.robot.as_deref())?;
-    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref(), Law::ALL.into_iter())?;
     let inputs = [&arguments.robot, &arguments.fuzzy_sets];
     let outputs = OutputFiles::new(arguments.force, inputs.into_iter().flatten().map(PathBuf::as_path));
-    let sheets = sheets(&robot, arguments.plant)?;
+    let file = RobotText::read(arguments.robot.as_deref())?;
+    let sheets = match file.shape()? {
+        Shape::PAPER => sheets_of_the_paper(arguments, &file)?,
+        shape => for_shape!(shape, overview_alone(arguments, &file))?,
+    };
     let files = write(&sheets, &arguments.out, arguments.format, &outputs).context("--out")?;
     let mut output = console::output();
     for file in files {
         writeln!(output, "{}", file.display())?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The robot of `file` with the sets that it is to have.
+fn robot<const J: usize, const N: usize>(arguments: &Arguments, file: &RobotText) -> anyhow::Result<Robot<J, N>> {
+    let mut robot = Robot::of_text(&file.name, &file.text, &Overrides::default())?;
+    robot.load_fuzzy_sets(arguments.fuzzy_sets.as_deref(), Law::ALL.into_iter())?;
+    Ok(robot)
+}
+
+fn sheets_of_the_paper(arguments: &Arguments, file: &RobotText) -> anyhow::Result<Vec<Sheet>> {
+    let robot = robot(arguments, file)?;
+    sheets(&robot, PlantChoice::asked(arguments.plant, &robot)?)
+}
+
+fn overview_alone<const J: usize, const N: usize>(
+    arguments: &Arguments,
+    file: &RobotText,
+) -> anyhow::Result<Vec<Sheet>> {
+    let robot = robot::<J, N>(arguments, file)?;
+    let plant = PlantChoice::asked(arguments.plant, &robot)?;
+    let disturbance = usual_disturbance(&robot);
+    let experiment = |law| simulated(&robot, plant, disturbance, law);
+    let experiments = Law::PAPER.into_iter().map(experiment).collect::<anyhow::Result<Vec<_>>>()?;
+    Ok(vec![overview::overview(&experiments, &shared(&robot, plant, disturbance))])
 }
 
 /// All figures of the paper and the overview.
@@ -91,9 +121,25 @@ pub fn sheets(robot: &Robot, plant: PlantChoice) -> anyhow::Result<Vec<Sheet>> {
         }
     }
     sheets.push(fuzzy_sets(robot)?);
-    let published = if robot.is_the_papers() { overview::Published::Shown } else { overview::Published::Hidden };
-    sheets.push(overview::overview(&experiments, published, &overview_note(robot, plant)));
+    sheets.push(overview::overview(&experiments, &shared(robot, plant, Disturbance::Paper)));
     Ok(sheets)
+}
+
+fn shared<const J: usize, const N: usize>(
+    robot: &Robot<J, N>,
+    plant: PlantChoice,
+    disturbance: Disturbance,
+) -> Shared<N> {
+    Shared {
+        task: robot.description.task,
+        disturbance,
+        published: if robot.is_the_papers() { Published::Shown } else { Published::Hidden },
+        note: format!(
+            "Simulation: {}, a cycle every {:?}",
+            plant_note(robot, plant),
+            robot.description.period.duration()
+        ),
+    }
 }
 
 /// Fig. 12: the sets in use if they are trained ones, otherwise those shipped.
@@ -111,11 +157,7 @@ fn note(robot: &Robot, plant: PlantChoice, experiment: &Experiment) -> String {
     format!("Simulation: {}; L2 {:.4}, E {:.4} N\u{b7}m\u{b7}s", plant_note(robot, plant), indices.l2, indices.e)
 }
 
-fn overview_note(robot: &Robot, plant: PlantChoice) -> String {
-    format!("Simulation: {}, a cycle every {:?}", plant_note(robot, plant), robot.description.period.duration())
-}
-
-fn plant_note(robot: &Robot, plant: PlantChoice) -> String {
+fn plant_note<const J: usize, const N: usize>(robot: &Robot<J, N>, plant: PlantChoice) -> String {
     match plant {
         PlantChoice::Uarm if robot.is_the_papers() && robot.plant == UarmPlantParameters::fitted() => {
             format!("{} with imperfections fitted to the paper's Table 4", robot.description.name)

@@ -8,6 +8,8 @@ use uarm_io::probe::{CanWish, Machine};
 use uarm_io::realtime::RealtimeThread;
 use uarm_io::socketcan_link::{Reception, SocketCanLink};
 use uarm_loop::control_loop::LoopEnd;
+use uarm_loop::record::Recorder;
+use uarm_loop::recording::FrameRecorder;
 use uarm_loop::run::Observer;
 use uarm_loop::settings::Settings;
 use uarm_loop::torque::DisturbanceSite;
@@ -63,7 +65,7 @@ impl<const J: usize, const N: usize> LoopThread<'_, J, N> {
     ///
     /// # Errors
     /// If it cannot be begun.
-    pub fn run(self) -> anyhow::Result<Finished<N>> {
+    pub fn run(mut self) -> anyhow::Result<Finished<N>> {
         let mut clock = match self.place {
             Place::SimulatedVirtualTime(_) => AnyClock::Virtual(VirtualClock::default()),
             Place::SimulatedRealTime(_) | Place::Interface(_) => AnyClock::Monotonic,
@@ -82,7 +84,10 @@ impl<const J: usize, const N: usize> LoopThread<'_, J, N> {
                 self.real_time(Some(&CanWish { interface: Some(link.interface()), bit_rate }))?
             }
         };
-        self.on(link, &mut clock)
+        match self.loop_side.take() {
+            Some(LoopSide { cycles, frames }) => self.on(link, &mut clock, Some(cycles), Some(frames)),
+            None => self.on(link, &mut clock, None, None),
+        }
     }
 
     /// Makes this thread a real-time one, if the machine is ready.
@@ -92,14 +97,18 @@ impl<const J: usize, const N: usize> LoopThread<'_, J, N> {
         realtime.enter(self.log.as_ref()).map(Some)
     }
 
-    /// Makes the run on `plant` in virtual time, wherever its place is.
+    /// Makes the run on `plant` in virtual time, wherever its place is, and gives each cycle to `recorder`.
     ///
     /// # Errors
     /// If it cannot be begun.
-    pub fn on_plant(self, plant: SimulatedPlant<N>) -> anyhow::Result<Finished<N>> {
+    pub fn on_plant(
+        self,
+        plant: SimulatedPlant<N>,
+        recorder: Option<&mut dyn Recorder<J, N>>,
+    ) -> anyhow::Result<Finished<N>> {
         let mut clock = AnyClock::Virtual(VirtualClock::default());
         let link = AnyLink::Simulated(self.simulated_link(plant, clock.clone())?);
-        self.on(link, &mut clock)
+        self.on(link, &mut clock, recorder, None)
     }
 
     /// The simulated plant with what disturbs it there.
@@ -121,12 +130,14 @@ impl<const J: usize, const N: usize> LoopThread<'_, J, N> {
         Ok(InProcessLink::new(simulated_with(self.robot, plant, Pacing::WallClock, self.bought)?, clock))
     }
 
-    fn on(self, link: AnyLink<J, N>, clock: &mut AnyClock) -> anyhow::Result<Finished<N>> {
-        let Self { robot, settings, place, bought, loop_side, observer, announcement, .. } = self;
-        let (cycles, mut frames) = match loop_side {
-            Some(LoopSide { cycles, frames }) => (Some(cycles), Some(frames)),
-            None => (None, None),
-        };
+    fn on(
+        self,
+        link: AnyLink<J, N>,
+        clock: &mut AnyClock,
+        cycles: Option<&mut dyn Recorder<J, N>>,
+        mut frames: Option<&mut FrameRecorder>,
+    ) -> anyhow::Result<Finished<N>> {
+        let Self { robot, settings, place, bought, observer, announcement, .. } = self;
         let link = ObservedLink::new(link, |direction, frame: &_, at| {
             if let Some(frames) = &mut frames {
                 frames.record(direction, frame, at);

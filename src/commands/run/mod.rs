@@ -41,7 +41,7 @@ use crate::simulated_robot::{PlantChoice, usual_disturbance};
 use crate::usage::UsageError;
 use place::Place;
 use recording::Repetition;
-pub use rehearsal::{rehearse, simulate};
+pub use rehearsal::{SimulatedEnd, rehearse, simulate};
 use session::Session;
 
 /// Arguments of `uarm run`.
