@@ -4,7 +4,6 @@ use super::dictionary::CAPACITY;
 use super::faults::{DriveFault, Faults};
 use super::homing_state::{Homing, Sight};
 use super::memory::Errors;
-use super::numbers::number_of;
 use super::objects::{DictionaryError, DriveDictionary};
 use super::parameters::{CounterAtPowerUp, DriveParameters};
 use super::power::error;
@@ -46,7 +45,9 @@ impl<const N: usize> EmulatedDrive<N> {
             parameters,
             node: Node::new(parameters.node(), objects.at_power_on()),
             objects,
+            rpdos: Default::default(),
             power: PowerState::NotReadyToSwitchOn,
+            torque: 0.0,
             controlword: Controlword::default(),
             heartbeat: Ticker::default(),
             master: Watchdog::default(),
@@ -65,8 +66,9 @@ impl<const N: usize> EmulatedDrive<N> {
             sight: Sight::default(),
             homing: Homing::default(),
         };
-        drive.node.configure_pdos_from_od();
+        drive.configure_pdos();
         drive.publish();
+        drive.update_torque();
         drive
     }
 
@@ -99,12 +101,21 @@ impl<const N: usize> EmulatedDrive<N> {
 
     /// The motor's torque at the joint in the joint's positive direction, N·m: per mille of the rated torque, cut at 6072h,
     /// with the sign of the drive's mounting.
-    pub fn torque(&self) -> f64 {
+    pub const fn torque(&self) -> f64 {
+        self.torque
+    }
+
+    /// Looks its torque up: whatever comes from outside ends with this.
+    fn update_torque(&mut self) {
+        self.torque = self.torque_at_joint();
+    }
+
+    fn torque_at_joint(&self) -> f64 {
         if self.faults.motor_disconnected {
             return 0.0;
         }
-        let rated = self.node.od().entry(od::RATED_TORQUE.address()).and_then(|entry| number_of(&entry.value));
-        let rated = rated.and_then(|rated| u32::try_from(rated).ok()).unwrap_or(self.parameters.rated_torque());
+        let rated = self.number(od::RATED_TORQUE.address()).and_then(|rated| u32::try_from(rated).ok());
+        let rated = rated.unwrap_or(self.parameters.rated_torque());
         let applied = self.parameters.direction().apply(i32::from(self.torque_per_mille().applied));
         let sign = if self.faults.torque_reversed { -1.0 } else { 1.0 };
         sign * f64::from(applied) * f64::from(rated) / self.parameters.torque_divisor()
@@ -116,6 +127,7 @@ impl<const N: usize> EmulatedDrive<N> {
         self.power = PowerState::SwitchOnDisabled;
         self.begin_to_count();
         self.begin_to_boot(now, outbox);
+        self.update_torque();
     }
 
     /// Forgets where the joint is, if the encoder is one that does.
@@ -139,6 +151,7 @@ impl<const N: usize> EmulatedDrive<N> {
             }
             _ => {}
         }
+        self.update_torque();
     }
 
     /// Takes all injected faults away. What a drive does about it then is up to its master, and a drive that had lost its
@@ -153,6 +166,7 @@ impl<const N: usize> EmulatedDrive<N> {
         if had_no_power {
             self.restart(NmtCommand::ResetNode, now, outbox);
         }
+        self.update_torque();
     }
 
     /// Takes the joint's angle, rad, into 6064h.
@@ -183,15 +197,23 @@ impl<const N: usize> EmulatedDrive<N> {
         if self.faults.off_bus() || self.boots_at.is_some() {
             return Reaction::None;
         }
+        let mut reaction = Reaction::None;
         match Channel::of(frame.id()) {
-            Some(Channel::NmtCommand) => return self.on_nmt(frame.data(), now, outbox),
+            Some(Channel::NmtCommand) => reaction = self.on_nmt(frame.data(), now, outbox),
             Some(Channel::SdoRequest(node)) if node == self.parameters.node() => {
                 self.on_sdo(frame.data(), now, outbox);
             }
-            Some(Channel::Heartbeat(node)) => self.on_heartbeat(node.raw(), frame.data(), now),
-            _ => self.on_pdo(frame, now, outbox),
+            Some(Channel::Heartbeat(node)) => {
+                self.on_heartbeat(node.raw(), frame.data(), now);
+                return Reaction::None;
+            }
+            _ => match self.rpdo_of(frame) {
+                Some(number) => self.on_pdo(number, frame, now, outbox),
+                None => return Reaction::None,
+            },
         }
-        Reaction::None
+        self.update_torque();
+        reaction
     }
 
     /// Handles SYNC, after the position was latched: first what is sent, then what was waiting to act.
@@ -205,6 +227,7 @@ impl<const N: usize> EmulatedDrive<N> {
         for frame in core::mem::take(&mut self.waiting).into_iter().flatten() {
             self.take_pdo(&frame, now, outbox);
         }
+        self.update_torque();
     }
 
     /// The next instant at which the drive does something by itself.
@@ -222,6 +245,11 @@ impl<const N: usize> EmulatedDrive<N> {
 
     /// Does what is due by `now`.
     pub(crate) fn on_time(&mut self, now: Instant, outbox: &mut Outbox) {
+        self.do_what_is_due(now, outbox);
+        self.update_torque();
+    }
+
+    fn do_what_is_due(&mut self, now: Instant, outbox: &mut Outbox) {
         if self.faults.power_lost {
             return;
         }

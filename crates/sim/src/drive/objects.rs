@@ -145,17 +145,21 @@ impl DriveDictionary {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Rank {
     Cycle,
+    /// What says of what PDOs are made.
+    Pdo,
     Start,
     Maker,
 }
 
 impl Rank {
-    const ALL: [Self; 3] = [Self::Cycle, Self::Start, Self::Maker];
+    const ALL: [Self; 4] = [Self::Cycle, Self::Pdo, Self::Start, Self::Maker];
 
     fn of(address: Address) -> Self {
         const FIRST_OF_PROFILE: u16 = 0x6000;
+        const PDOS: core::ops::RangeInclusive<u16> = 0x1400..=0x1BFF;
         match OBJECTS.binary_search_by_key(&address, |object| object.address) {
             Ok(_) if address.index >= FIRST_OF_PROFILE => Self::Cycle,
+            Ok(_) if PDOS.contains(&address.index) => Self::Pdo,
             Ok(_) => Self::Start,
             Err(_) => Self::Maker,
         }

@@ -27,17 +27,26 @@ const LAST_SYNCHRONOUS: i128 = 240;
 const FIRST_EVENT_DRIVEN: i128 = 254;
 
 impl<const N: usize> EmulatedDrive<N> {
-    /// The RPDO that a frame is, if it is one of this drive's.
-    pub(super) fn rpdo_of(&self, frame: &Frame) -> Option<u16> {
-        let listens = |number: &u16| {
-            let identifier = self.number(Address::new(RPDO + number, IDENTIFIER)).and_then(|id| u32::try_from(id).ok());
-            identifier.is_some_and(|id| pdo::pdo_is_valid(id) && pdo::pdo_can_id(id) == frame.id().as_raw())
-        };
-        NUMBERS.into_iter().find(listens)
+    /// Takes the PDOs over as the dictionary has them now.
+    pub(super) fn configure_pdos(&mut self) {
+        self.node.configure_pdos_from_od();
+        for (number, rpdo) in NUMBERS.zip(&mut self.rpdos) {
+            let entry = self.node.od().entry(Address::new(RPDO + number, IDENTIFIER));
+            let identifier = entry.and_then(|entry| number_of(&entry.value)).and_then(|id| u32::try_from(id).ok());
+            *rpdo = identifier.filter(|id| pdo::pdo_is_valid(*id)).map(pdo::pdo_can_id);
+        }
     }
 
-    pub(super) fn on_pdo(&mut self, frame: &Frame, now: Instant, outbox: &mut Outbox) {
-        let Some(number) = self.rpdo_of(frame).filter(|_| self.node.state() == NmtState::Operational) else { return };
+    /// The RPDO that a frame is, if it is one of this drive's.
+    pub(super) fn rpdo_of(&self, frame: &Frame) -> Option<u16> {
+        let identifier = Some(frame.id().as_raw());
+        NUMBERS.zip(&self.rpdos).find(|(_, rpdo)| **rpdo == identifier).map(|(number, _)| number)
+    }
+
+    pub(super) fn on_pdo(&mut self, number: u16, frame: &Frame, now: Instant, outbox: &mut Outbox) {
+        if self.node.state() != NmtState::Operational {
+            return;
+        }
         if frame.data().len() < self.mapped_bytes(RPDO_MAPPING + number) {
             self.warn(error::PDO_LENGTH, ErrorRegister::COMMUNICATION, now, outbox);
             return;

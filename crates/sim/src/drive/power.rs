@@ -69,7 +69,7 @@ impl<const N: usize> EmulatedDrive<N> {
         {
             return self.switch_off();
         }
-        self.enter(self.power.after(command));
+        self.change_to(self.power.after(command));
         self.on_homing_command(before);
         self.publish();
     }
@@ -112,11 +112,15 @@ impl<const N: usize> EmulatedDrive<N> {
     }
 
     pub(super) fn enter(&mut self, state: PowerState) {
+        self.change_to(state);
+        self.publish();
+    }
+
+    fn change_to(&mut self, state: PowerState) {
         if state != PowerState::OperationEnabled {
             self.set_number(od::TARGET_TORQUE.address(), 0);
         }
         self.power = state;
-        self.publish();
     }
 
     /// Quick stop options 5 to 8 stay in *Quick stop active*, 0 to 4 go on to *Switch on disabled* when the motor stands, which

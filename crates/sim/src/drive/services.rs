@@ -59,7 +59,7 @@ impl<const N: usize> EmulatedDrive<N> {
             _ => PowerState::SwitchOnDisabled,
         };
         self.node = Node::new(self.parameters.node(), fresh);
-        self.node.configure_pdos_from_od();
+        self.configure_pdos();
         self.controlword = Controlword::default();
         self.heartbeat = Ticker::default();
         self.master = Watchdog::default();
@@ -123,7 +123,7 @@ impl<const N: usize> EmulatedDrive<N> {
             0x1016 => self.watch_master(),
             0x1017 => self.restart_heartbeat(now),
             0x1400 if written == RPDO1_EVENT_TIMER => self.watch_commands(),
-            0x1400..=0x1BFF => self.node.configure_pdos_from_od(),
+            0x1400..=0x1BFF => self.configure_pdos(),
             0x6040 => self.on_command(now, outbox),
             0x6060 => self.on_mode(),
             _ => {}

@@ -48,7 +48,11 @@ pub struct EmulatedDrive<const N: usize = CAPACITY> {
     /// Its objects at power-on.
     pub(super) objects: DriveDictionary,
     pub(super) node: Node<N>,
+    /// Identifiers of its RPDOs as 1400h to 1403h have them; `None` for one that is off.
+    pub(super) rpdos: [Option<u16>; PDOS],
     pub(super) power: PowerState,
+    /// The motor's torque at the joint, N·m, as objects and faults have it: they are looked up when they may have changed.
+    pub(super) torque: f64,
     /// The previous controlword: a fault reset is an edge.
     pub(super) controlword: Controlword,
     pub(super) heartbeat: Ticker,
