@@ -22,9 +22,54 @@ pub const FUZZY_PARAMETERS: usize = RULES * CONSEQUENTS;
 /// Σμ below which no rule is taken to fire. Normalising is exact well above the smallest f32, 1e-38.
 const FIRING_FLOOR: f64 = 1e-30;
 
+/// Whole exponents 2b up to this one are multiplied out.
+const LARGEST_WHOLE_EXPONENT: u32 = 16;
+
 /// A membership function A(x) = 1/(1 + |(x − c)/a|^{2b}).
+///
+/// Where 2b is a whole number n up to 16, as for b = 2, the power is made by squaring: n − 1 roundings at most, each half a unit
+/// in the last place. For any other b it is `libm`'s, within one such unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GeneralisedBell<T: Scalar>(BellShape<T>);
+pub struct GeneralisedBell<T: Scalar> {
+    shape: BellShape<T>,
+    exponent: Exponent<T>,
+}
+
+/// 2b.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Exponent<T: Scalar> {
+    Whole(u32),
+    Real(T),
+}
+
+impl<T: Scalar> Exponent<T> {
+    fn of(steepness: T) -> Self {
+        let exponent = steepness + steepness;
+        let whole = (1..=LARGEST_WHOLE_EXPONENT).find(|whole| T::constant(f64::from(*whole)) == exponent);
+        whole.map_or(Self::Real(exponent), Self::Whole)
+    }
+
+    /// `base` to this power.
+    fn power_of(&self, base: T) -> T {
+        match *self {
+            Self::Whole(exponent) => whole_power(base, exponent),
+            Self::Real(exponent) => base.powf(exponent),
+        }
+    }
+}
+
+/// By squaring, from the lowest bit of the exponent to its highest.
+fn whole_power<T: Scalar>(base: T, exponent: u32) -> T {
+    let (mut power, mut square, mut left) = (T::one(), base, exponent);
+    while left > 0 {
+        if left % 2 == 1 {
+            power *= square;
+        }
+        square *= square;
+        left /= 2;
+    }
+    power
+}
 
 /// The numbers of a [`GeneralisedBell`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,32 +120,36 @@ impl<T: Scalar> GeneralisedBell<T> {
         if !positive(steepness) {
             return Err(BellError::Steepness { found: steepness.to_f64() });
         }
-        Ok(Self(shape))
+        Ok(Self::checked(shape))
+    }
+
+    fn checked(shape: BellShape<T>) -> Self {
+        Self { shape, exponent: Exponent::of(shape.steepness) }
     }
 
     /// c, in the unit of the input.
     pub fn centre(&self) -> T {
-        self.0.centre
+        self.shape.centre
     }
 
     /// a, in the unit of the input.
     pub fn half_width(&self) -> T {
-        self.0.half_width
+        self.shape.half_width
     }
 
     /// b.
     pub fn steepness(&self) -> T {
-        self.0.steepness
+        self.shape.steepness
     }
 
     /// A(x), within [0, 1]: 0 far away, also where the power overflows.
     pub fn membership(&self, x: T) -> T {
-        let distance = (x - self.0.centre).abs() / self.0.half_width;
+        let distance = (x - self.shape.centre).abs() / self.shape.half_width;
         // 0^{2b} is taken out of powf's hands: it is 0 for every b > 0.
         if distance == T::zero() {
             return T::one();
         }
-        T::one() / (T::one() + distance.powf(self.0.steepness + self.0.steepness))
+        T::one() / (T::one() + self.exponent.power_of(distance))
     }
 }
 
@@ -118,7 +167,7 @@ impl<T: Scalar> FuzzySets<T> {
     /// (a = 10 °/s), position bells at −2, −0.75 and 0.5° (a = 0.625°), b = 2. The trained sets of Fig. 12 are lost.
     pub fn untrained() -> Self {
         let bell = |centre: f64, half_width: f64| {
-            GeneralisedBell(BellShape {
+            GeneralisedBell::checked(BellShape {
                 centre: T::constant(centre.to_radians()),
                 half_width: T::constant(half_width.to_radians()),
                 steepness: T::constant(2.0),
@@ -179,31 +228,89 @@ impl<T: Scalar> FuzzySystem<T> {
     pub fn firing_strengths(&self, velocity_error: T, position_error: T) -> Option<SVector<T, RULES>> {
         let velocity = self.sets.velocity.map(|set| set.membership(velocity_error));
         let position = self.sets.position.map(|set| set.membership(position_error));
-        let pairs = velocity.iter().flat_map(|velocity| position.iter().map(move |position| (*velocity, *position)));
-        let strengths = SVector::<T, RULES>::from_iterator(pairs.map(|(velocity, position)| match self.firing {
-            Firing::Minimum => velocity.min(position),
-            Firing::Product => velocity * position,
-        }));
-        let sum = strengths.sum();
-        (sum >= T::constant(FIRING_FLOOR)).then(|| strengths / sum)
+        let fired = velocity.map(|velocity| {
+            position.map(|position| match self.firing {
+                Firing::Minimum => velocity.min(position),
+                Firing::Product => velocity * position,
+            })
+        });
+        let fired = fired.as_flattened();
+        let sum = fired.iter().fold(T::zero(), |sum, strength| sum + *strength);
+        (sum >= T::constant(FIRING_FLOOR)).then(|| {
+            let mut strengths = SVector::<T, RULES>::zeros();
+            for (strength, fired) in strengths.as_mut_slice().iter_mut().zip(fired) {
+                *strength = *fired / sum;
+            }
+            strengths
+        })
     }
 
     /// Ξ = diag(ξ_1ᵀ, …, ξ_Nᵀ) of eq. 40. Where no rule fires, all nine are given the same strength: what bells of one width
     /// tend to as the error grows.
     pub fn regressor<const N: usize>(&self, error: &TrackingError<T, N>) -> FuzzyRegressor<T, N> {
-        let mut rows = SMatrix::<T, FUZZY_PARAMETERS, N>::zeros();
+        let mut columns = [[[T::zero(); CONSEQUENTS]; RULES]; N];
         let mut fell_back = false;
         let errors = error.velocity.iter().zip(error.position.iter());
-        for (mut row, (&velocity_error, &position_error)) in rows.column_iter_mut().zip(errors) {
+        for (column, (&velocity_error, &position_error)) in columns.iter_mut().zip(errors) {
             let strengths = self.firing_strengths(velocity_error, position_error);
             fell_back |= strengths.is_none();
             let uniform = || SVector::repeat(T::one() / T::constant(9.0));
             let strengths: SVector<T, RULES> = strengths.unwrap_or_else(uniform);
-            let terms = strengths.iter().flat_map(|s| [*s, *s * velocity_error, *s * position_error]);
-            for (element, term) in row.iter_mut().zip(terms) {
-                *element = term;
+            for (rule, strength) in column.iter_mut().zip(strengths.as_slice()) {
+                *rule = [*strength, *strength * velocity_error, *strength * position_error];
             }
         }
+        let mut rows = SMatrix::<T, FUZZY_PARAMETERS, N>::zeros();
+        for (row, column) in rows.data.0.iter_mut().zip(&columns) {
+            row.copy_from_slice(column.as_flattened());
+        }
         FuzzyRegressor { regressor: JointRegressor::new(rows), fell_back }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bell(steepness: f64) -> GeneralisedBell<f64> {
+        GeneralisedBell::new(BellShape { centre: 0.0, half_width: 1.0, steepness }).unwrap()
+    }
+
+    /// Powers of 3 and 1/2 have no rounding.
+    #[test]
+    fn a_whole_exponent_is_multiplied_out() {
+        assert_eq!(bell(2.0).membership(3.0), 1.0 / 82.0);
+        assert_eq!(bell(2.0).membership(-0.5), 16.0 / 17.0);
+        assert_eq!(bell(0.5).membership(0.5), 2.0 / 3.0);
+        assert_eq!(bell(1.5).membership(3.0), 1.0 / 28.0);
+        for (exponent, power) in (1..=16).zip(core::iter::successors(Some(3.0), |power| Some(3.0 * power))) {
+            assert_eq!(bell(f64::from(exponent) / 2.0).exponent, Exponent::Whole(exponent));
+            assert_eq!(whole_power(3.0, exponent), power);
+        }
+        for exponent in [0.75, 4.2, 17.0, 1e300] {
+            assert_eq!(bell(exponent / 2.0).exponent, Exponent::Real(exponent));
+        }
+    }
+
+    /// `libm`'s power is within one unit in the last place, each product adds half of one.
+    #[test]
+    fn each_product_adds_half_a_unit_in_the_last_place() {
+        for exponent in 1..=LARGEST_WHOLE_EXPONENT {
+            for base in (1..1000).map(|step| f64::from(step) * 0.0037) {
+                let (found, expected) = (whole_power(base, exponent), libm_power(base, exponent));
+                let allowed = (0.5 * f64::from(exponent) + 0.5) * f64::EPSILON;
+                assert!((found / expected - 1.0).abs() <= allowed, "{base}^{exponent}: {found:e}, not {expected:e}");
+            }
+        }
+    }
+
+    fn libm_power(base: f64, exponent: u32) -> f64 {
+        nalgebra::ComplexField::powf(base, f64::from(exponent))
+    }
+
+    #[test]
+    fn far_away_the_power_overflows_and_the_membership_is_zero() {
+        assert_eq!(bell(8.0).membership(1e200), 0.0);
+        assert_eq!(bell(8.0).membership(1e-200), 1.0);
     }
 }

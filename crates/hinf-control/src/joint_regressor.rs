@@ -21,9 +21,10 @@ impl<T: Scalar, const K: usize, const N: usize> JointRegressor<T, K, N> {
     /// ΞΦ, summed from the first parameter of each joint to its last.
     pub fn torque(&self, parameters: &SMatrix<T, K, N>) -> SVector<T, N> {
         let mut torque = SVector::<T, N>::zeros();
-        let columns = self.0.column_iter().zip(parameters.column_iter());
-        for (torque, (regressor, parameters)) in torque.iter_mut().zip(columns) {
-            *torque = regressor.zip_fold(&parameters, T::zero(), |sum, element, parameter| sum + element * parameter);
+        let columns = self.0.data.0.iter().zip(&parameters.data.0);
+        for (torque, (regressor, parameters)) in torque.as_mut_slice().iter_mut().zip(columns) {
+            let terms = regressor.iter().zip(parameters);
+            *torque = terms.fold(T::zero(), |sum, (element, parameter)| sum + *element * *parameter);
         }
         torque
     }
@@ -31,8 +32,10 @@ impl<T: Scalar, const K: usize, const N: usize> JointRegressor<T, K, N> {
     /// Ξᵀv.
     pub fn gradient(&self, signal: &SVector<T, N>) -> SMatrix<T, K, N> {
         let mut gradient = self.0;
-        for (mut column, signal) in gradient.column_iter_mut().zip(signal.iter()) {
-            column *= *signal;
+        for (column, signal) in gradient.data.0.iter_mut().zip(signal.as_slice()) {
+            for element in column {
+                *element *= *signal;
+            }
         }
         gradient
     }

@@ -25,7 +25,8 @@ pub struct HiddenLayer<T: Scalar, const N: usize = 2> {
 /// The networks of the joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TanhNetworks<T: Scalar, const N: usize = 2> {
-    layers: [HiddenLayer<T, N>; N],
+    /// `None` where it is that of the joint before, which is then not computed again.
+    layers: [Option<HiddenLayer<T, N>>; N],
 }
 
 /// A weight or bias is NaN or infinite.
@@ -57,13 +58,18 @@ impl<T: Scalar, const N: usize> TanhNetworks<T, N> {
     /// # Errors
     /// [`NetworkError`] if a number is not finite.
     pub fn new(layers: [HiddenLayer<T, N>; N]) -> Result<Self, NetworkError> {
-        if layers.iter().all(HiddenLayer::is_finite) { Ok(Self { layers }) } else { Err(NetworkError) }
+        if layers.iter().all(HiddenLayer::is_finite) { Ok(Self::finite(layers)) } else { Err(NetworkError) }
+    }
+
+    fn finite(layers: [HiddenLayer<T, N>; N]) -> Self {
+        let mut before = None;
+        Self { layers: layers.map(|layer| (before.replace(layer) != Some(layer)).then_some(layer)) }
     }
 
     /// The paper's: all weights 1, biases −3 … 3. The scan has lost the weights' signs, if there were any.
     pub fn paper() -> Self {
         let biases = SVector::from([-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0].map(T::constant));
-        Self { layers: [HiddenLayer { weights: [SMatrix::repeat(T::one()); NETWORK_QUANTITIES], biases }; N] }
+        Self::finite([HiddenLayer { weights: [SMatrix::repeat(T::one()); NETWORK_QUANTITIES], biases }; N])
     }
 
     /// Ξ = diag(ξ_1ᵀ, …, ξ_Nᵀ) of eqs. 23 and 24. Its elements lie within ±1.
@@ -80,9 +86,40 @@ impl<T: Scalar, const N: usize> TanhNetworks<T, N> {
             reference.acceleration,
         ];
         let mut columns = SMatrix::<T, NEURONS, N>::zeros();
+        let mut activations = SVector::zeros();
         for (mut column, layer) in columns.column_iter_mut().zip(&self.layers) {
-            column.copy_from(&layer.activations(&inputs));
+            if let Some(layer) = layer {
+                activations = layer.activations(&inputs);
+            }
+            column.copy_from(&activations);
         }
         JointRegressor::new(columns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::BaseMeasurement;
+
+    /// Without weights, ξ_k = tanh(b_k).
+    #[test]
+    fn each_joint_has_the_neurons_of_its_own_network() {
+        let layer = |bias: f64| HiddenLayer::<f64, 3> {
+            weights: [SMatrix::zeros(); NETWORK_QUANTITIES],
+            biases: SVector::repeat(bias),
+        };
+        let zeros = SVector::zeros();
+        let measurement = Measurement { position: zeros, velocity: zeros, base: BaseMeasurement::<_, 1>::at_rest() };
+        let reference = Reference { position: zeros, velocity: zeros, acceleration: zeros };
+        for biases in [[0.5, 0.5, 1.5], [0.5, 1.5, 0.5], [1.5, 0.5, 0.5], [0.5, 0.5, 0.5]] {
+            let networks = TanhNetworks::new(biases.map(layer)).unwrap();
+            let regressor = networks.regressor(&measurement, &reference);
+            for (column, bias) in regressor.columns().column_iter().zip(biases) {
+                for element in column.iter() {
+                    approx::assert_relative_eq!(*element, f64::tanh(bias), max_relative = 1e-15);
+                }
+            }
+        }
     }
 }

@@ -135,7 +135,7 @@ impl<T: Scalar, const K: usize, const G: usize> ParameterSet<T, K, G> {
     pub fn contains(&self, parameters: &SMatrix<T, K, G>, weight: &impl AdaptationWeight<T, K, G>) -> bool {
         match self {
             Self::Ball(ball) => weight.norm_squared(&(parameters - ball.centre)) <= ball.radius * ball.radius,
-            Self::Box(bounds) => bounds.clamp(parameters) == *parameters,
+            Self::Box(bounds) => bounds.all(parameters, |lower, value, upper| lower <= value && value <= upper),
         }
     }
 
@@ -143,23 +143,18 @@ impl<T: Scalar, const K: usize, const G: usize> ParameterSet<T, K, G> {
     pub fn contains_inside(&self, parameters: &SMatrix<T, K, G>, weight: &impl AdaptationWeight<T, K, G>) -> bool {
         match self {
             Self::Ball(ball) => weight.norm_squared(&(parameters - ball.centre)) < ball.radius * ball.radius,
-            Self::Box(bounds) => {
-                let inside = bounds
-                    .lower
-                    .zip_zip_map(&bounds.upper, parameters, |lower, upper, value| lower < value && value < upper);
-                inside.iter().all(|inside| *inside)
-            }
+            Self::Box(bounds) => bounds.all(parameters, |lower, value, upper| lower < value && value < upper),
         }
     }
 
-    /// The point of the set nearest to `parameters` in the metric of Z. For a box, Z must be separable.
-    pub(super) fn nearest(
-        &self,
-        parameters: &SMatrix<T, K, G>,
-        weight: &impl AdaptationWeight<T, K, G>,
-    ) -> SMatrix<T, K, G> {
+    /// Moves `parameters` to the nearest point of the set in the metric of Z; tells whether they were elsewhere. For a box, Z
+    /// must be separable.
+    pub(super) fn project(&self, parameters: &mut SMatrix<T, K, G>, weight: &impl AdaptationWeight<T, K, G>) -> bool {
         match self {
-            Self::Ball(ball) => ball.nearest(parameters, weight),
+            Self::Ball(ball) => {
+                let before = core::mem::replace(parameters, ball.nearest(parameters, weight));
+                before != *parameters
+            }
             Self::Box(bounds) => bounds.clamp(parameters),
         }
     }
@@ -174,11 +169,26 @@ impl<T: Scalar, const K: usize, const G: usize> Ball<T, K, G> {
 }
 
 impl<T: Scalar, const K: usize, const G: usize> ParameterBox<T, K, G> {
-    fn clamp(&self, parameters: &SMatrix<T, K, G>) -> SMatrix<T, K, G> {
-        parameters.zip_zip_map(&self.lower, &self.upper, |value, lower, upper| value.max(lower).min(upper))
+    /// Whether every element and its bounds are as `holds` wants them. Looks at all, so that it is compiled for several at a time.
+    fn all(&self, parameters: &SMatrix<T, K, G>, holds: impl Fn(T, T, T) -> bool) -> bool {
+        let corners = self.lower.as_slice().iter().zip(self.upper.as_slice());
+        let elements = corners.zip(parameters.as_slice());
+        elements.fold(true, |all, ((lower, upper), value)| all & holds(*lower, *value, *upper))
+    }
+
+    /// True if that changed an element.
+    fn clamp(&self, parameters: &mut SMatrix<T, K, G>) -> bool {
+        let corners = self.lower.as_slice().iter().zip(self.upper.as_slice());
+        let elements = parameters.as_mut_slice().iter_mut().zip(corners);
+        elements.fold(false, |moved, (element, (lower, upper))| {
+            let raised = if *element < *lower { *lower } else { *element };
+            let nearest = if raised > *upper { *upper } else { raised };
+            moved | (core::mem::replace(element, nearest) != nearest)
+        })
     }
 }
 
 pub(super) fn is_finite<T: Scalar, const K: usize, const G: usize>(parameters: &SMatrix<T, K, G>) -> bool {
-    parameters.iter().all(|parameter| parameter.is_finite())
+    // Without branches, so that it is compiled for several elements at a time.
+    parameters.as_slice().iter().fold(true, |finite, parameter| finite & parameter.is_finite())
 }

@@ -70,7 +70,10 @@ impl<T: Scalar, const K: usize, const G: usize, Z: AdaptationWeight<T, K, G>> Pa
         let before = self.parameters;
         let mut status = self.step(period);
         let output = law(&self.parameters);
-        self.rate = -self.adaptation.weight.solve(&output.gradient);
+        self.rate = self.adaptation.weight.solve(&output.gradient);
+        for rate in self.rate.as_mut_slice() {
+            *rate = -*rate;
+        }
         let finite = [&self.parameters, &self.rate].iter().all(|vector| is_finite(vector))
             && is_finite(&output.torque)
             && is_finite(&output.control_input);
@@ -86,10 +89,10 @@ impl<T: Scalar, const K: usize, const G: usize, Z: AdaptationWeight<T, K, G>> Pa
     fn step(&mut self, period: T) -> AdaptationStatus {
         let mut status = AdaptationStatus { frozen: self.held, ..AdaptationStatus::default() };
         if !self.held {
-            let stepped = self.parameters + self.rate * period;
-            let next = self.bounded(stepped);
-            status.projected = next != stepped;
-            self.parameters = next;
+            for (parameter, rate) in self.parameters.as_mut_slice().iter_mut().zip(self.rate.as_slice()) {
+                *parameter += *rate * period;
+            }
+            status.projected = self.project();
         }
         self.held = false;
         status.at_bound = status.projected || self.is_at_bound();
@@ -149,10 +152,11 @@ impl<T: Scalar, const K: usize, const G: usize, Z: AdaptationWeight<T, K, G>> Pa
         Ok(())
     }
 
-    fn bounded(&self, parameters: SMatrix<T, K, G>) -> SMatrix<T, K, G> {
+    /// Projects Φ if so chosen; tells whether that moved it.
+    fn project(&mut self) -> bool {
         match &self.adaptation.bound {
-            Bound::Project(set) => set.nearest(&parameters, &self.adaptation.weight),
-            Bound::None | Bound::Alarm(_) => parameters,
+            Bound::Project(set) => set.project(&mut self.parameters, &self.adaptation.weight),
+            Bound::None | Bound::Alarm(_) => false,
         }
     }
 

@@ -67,7 +67,11 @@ impl<T: Scalar> ScalarWeight<T> {
 
 impl<T: Scalar, const K: usize, const G: usize> AdaptationWeight<T, K, G> for ScalarWeight<T> {
     fn solve(&self, vector: &SMatrix<T, K, G>) -> SMatrix<T, K, G> {
-        vector / self.0
+        let mut solution = *vector;
+        for element in solution.as_mut_slice() {
+            *element /= self.0;
+        }
+        solution
     }
 
     fn norm_squared(&self, vector: &SMatrix<T, K, G>) -> T {
