@@ -345,3 +345,70 @@ fn the_papers_own_disturbance() {
     assert_relative_eq!(run(BaseAcceleration::Eliminated), 5.75, max_relative = 0.02);
     assert_relative_eq!(run(BaseAcceleration::Reduced), 2.34, max_relative = 0.02);
 }
+
+/// The spectral radius of M_mm M̄⁻¹ − I with joints 2 and 3 at these angles, degrees.
+fn base_loop_gain([second, third]: [f64; 2]) -> f64 {
+    let model = ThreeLinkDem::<f64>::table_2();
+    let q = Vector3::new(0.0, second.to_radians(), third.to_radians());
+    let inverse = model.reduced(&q, &Vector2::zeros()).mass.try_inverse().unwrap();
+    let loop_gain = model.partition(&q, &Vector3::zeros()).mass_mm * inverse - Matrix2::identity();
+    loop_gain.complex_eigenvalues().iter().map(|value| value.re.hypot(value.im)).fold(0.0, f64::max)
+}
+
+/// docs/theory.md, section 5: the numbers of an independent computation.
+#[test]
+fn the_measured_base_acceleration_is_a_loop_of_its_own() {
+    for (angles, expected) in [([0.0, 0.0], 6.7147), ([20.0, 20.0], 5.42), ([80.0, 60.0], 1.03)] {
+        assert_relative_eq!(base_loop_gain(angles), expected, max_relative = 2e-3);
+    }
+}
+
+/// docs/theory.md, section 8: T11 = tI, so that the weights cover the adaptive law, and the level is the designed one.
+#[test]
+fn weights_with_one_t11_are_covered() {
+    let diagonal = |[second, third]: [f64; 2]| Vector2::new(second, third);
+    let of = |velocity| {
+        let weights = Weights::diagonal(
+            diagonal(velocity),
+            diagonal([9.0, 7.0]),
+            diagonal([0.9, 2.5]),
+            2.0,
+            WeightReading::Blocks,
+        );
+        *Synthesis::new(&weights).unwrap().t11()
+    };
+    let (papers, ours) = (of([0.64, 0.64]), of([1.5334, 0.2671]));
+    assert_relative_eq!(ours, Matrix2::identity() * 1.3345, max_relative = 1e-4, epsilon = 1e-12);
+    assert_relative_eq!((papers.m11 * papers.m22).sqrt(), 1.3345, max_relative = 1e-4);
+}
+
+/// docs/theory.md, (h'): under a push that does not end, s stays where the bound says, and near it for the worst push.
+#[test]
+fn a_push_that_does_not_end_leaves_an_error_within_the_ultimate_bound() {
+    let model = ThreeLinkDem::<f64>::table_2();
+    let design = table_3(Law::Nonlinear, WeightReading::Blocks);
+    let rest = Vector2::new(0.4, 0.7);
+    let reference = Reference { position: rest, velocity: Vector2::zeros(), acceleration: Vector2::zeros() };
+    for push in [[0.02, 0.0], [0.0, -0.01], [0.015, 0.01]] {
+        let push = Vector2::from(push);
+        let mut law = NonlinearHInfinity::new(model, design, BaseAcceleration::Reduced);
+        let mut state = State { q: Vector3::new(0.0, rest.x, rest.y), velocity: Vector3::zeros() };
+        let (mut least, mut most, mut last) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+        for cycle in 0..20_000 {
+            let measurement = state.measurement(f64::NAN);
+            let eigenvalues = model.reduced(&state.q, &Vector2::zeros()).mass.symmetric_eigenvalues();
+            (least, most) = (least.min(eigenvalues.min()), most.max(eigenvalues.max()));
+            if cycle >= 15_000 {
+                last = last.max(design.filtered_error(&TrackingError::new(&measurement, &reference)).norm());
+            }
+            let joint = law.update(&measurement, &reference, 1e-3).torque + push;
+            let force = Vector3::new(0.0, joint.x, joint.y);
+            state = runge_kutta(&state, 0.0, 1e-3, |_, state| State {
+                q: state.velocity,
+                velocity: model.forward_dynamics(&state.q, &state.velocity, &force),
+            });
+        }
+        let bound = (most / least).sqrt() * 2.5 * push.norm();
+        assert!(last <= bound && last > 0.05 * bound, "{push:?}: {last}, at most {bound}");
+    }
+}

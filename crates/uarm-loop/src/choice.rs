@@ -68,10 +68,10 @@ choice! {
 
 choice! {
     BaseAcceleration:
-    Measured = "measured", "The differentiated base velocity";
+    Measured = "measured", "The differentiated base velocity: a loop of its own, stable with a filter only";
     Eliminated = "eliminated", "Eliminated with the model (eqs. 20, 21)";
     Omitted = "omitted", "Left out";
-    Reduced = "reduced", "Reduced dynamics, from rest";
+    Reduced = "reduced", "Reduced dynamics, from rest and without a torque on the base";
     ReducedMomentum = "reduced-momentum", "Reduced dynamics with the measured momentum";
 }
 
