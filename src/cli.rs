@@ -54,6 +54,8 @@ pub enum Command {
     Explain(commands::explain::Arguments),
     /// Draw the paper's figures from simulated experiments, as SVG and PNG
     Figures(commands::figures::Arguments),
+    /// Find friction, inertia, gain and tilt of a robot from recorded runs
+    Identify(commands::identify::Arguments),
     /// Learn fuzzy sets from recorded runs with ANFIS
     Train(commands::train::Arguments),
     /// Print a completion script for a shell
@@ -81,6 +83,7 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
         Command::Campaign(arguments) => commands::campaign::execute(arguments),
         Command::Explain(arguments) => commands::explain::execute(arguments),
         Command::Figures(arguments) => commands::figures::execute(arguments),
+        Command::Identify(arguments) => commands::identify::execute(arguments),
         Command::Train(arguments) => commands::train::execute(arguments),
         Command::Completions(arguments) => commands::completions::execute(arguments, CommandLine::command()),
     }

@@ -9,6 +9,7 @@ pub mod drive;
 pub mod explain;
 pub mod figures;
 pub mod filters;
+pub mod identify;
 pub mod map;
 pub mod monitor;
 pub mod plant;

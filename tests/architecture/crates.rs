@@ -15,7 +15,7 @@ struct Rule {
     must_not_reach: &'static [&'static str],
 }
 
-const RULES: [Rule; 11] = [
+const RULES: [Rule; 12] = [
     Rule { name: "dem-model", may_use: &[], must_not_reach: &["clap"] },
     Rule { name: "hinf-control", may_use: &["dem-model"], must_not_reach: &["clap"] },
     Rule { name: "uarm-io", may_use: &[], must_not_reach: &["clap"] },
@@ -34,6 +34,7 @@ const RULES: [Rule; 11] = [
     Rule { name: "uarm-plot", may_use: &[], must_not_reach: &["clap"] },
     Rule { name: "sim", may_use: &["dem-model", "hinf-control", "uarm-io"], must_not_reach: &["clap"] },
     Rule { name: "uarm-sim", may_use: &["dem-model", "hinf-control", "uarm-io"], must_not_reach: &["clap"] },
+    Rule { name: "uarm-identify", may_use: &["dem-model", "uarm-sim"], must_not_reach: &["clap", "toml"] },
     Rule { name: "anfis", may_use: &[], must_not_reach: &["clap"] },
 ];
 
