@@ -82,11 +82,12 @@ macro_rules! for_shape {
         use $crate::robot::shape::{BaseSensor, Shape};
         match $shape {
             Shape { active: 2, base: BaseSensor::Encoder } => $function::<3, 2>($($argument),*),
-            #[cfg(not(test))] // Unit tests are of the paper's robot, and would be compiled for all others too.
+            // Unit tests are of the paper's robot, and would be compiled for all others too.
+            #[cfg(all(feature = "other-arms", not(test)))]
             Shape { active: 3, base: BaseSensor::Encoder } => $function::<4, 3>($($argument),*),
-            #[cfg(not(test))]
+            #[cfg(all(feature = "other-arms", not(test)))]
             Shape { active: 3, base: BaseSensor::None } => $function::<3, 3>($($argument),*),
-            #[cfg(not(test))]
+            #[cfg(all(feature = "other-arms", not(test)))]
             Shape { active: 7, base: BaseSensor::None } => $function::<7, 7>($($argument),*),
             shape => Err(anyhow::anyhow!("this program is not compiled for {shape:?}")),
         }
