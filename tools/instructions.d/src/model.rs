@@ -12,8 +12,7 @@ pub fn run<T: Scalar>(number: &str) {
         [[0.1, 0.9, 0.6], [-0.3, 0.5, 0.3], [0.0, 0.06, 0.02]].map(|values| Vector3::from(values.map(T::constant)));
     let joint_rate = Vector2::new(rate.y, rate.z);
     case(&format!("{number} model mass and coriolis"), || {
-        let dem = black_box(&dem);
-        (dem.mass_matrix(black_box(&q)), dem.coriolis_matrix(black_box(&q), black_box(&rate)))
+        black_box(&dem).mass_and_coriolis(black_box(&q), black_box(&rate))
     });
     case(&format!("{number} model forward dynamics"), || {
         black_box(&dem).forward_dynamics(black_box(&q), black_box(&rate), black_box(&force))

@@ -18,6 +18,13 @@ impl<T: Scalar> ThreeLinkDem<T> {
         self.inertial_parameters().coriolis_matrix(q, velocity)
     }
 
+    /// [`mass_matrix`](Self::mass_matrix) and [`coriolis_matrix`](Self::coriolis_matrix) of one state, the same bits with half
+    /// of the sines and cosines.
+    pub fn mass_and_coriolis(&self, q: &Vector3<T>, velocity: &Vector3<T>) -> (Matrix3<T>, Matrix3<T>) {
+        let terms = self.inertial_parameters().coupling_terms(q.y, q.z);
+        (self.inertial_parameters().mass_from(&terms), coriolis_from(&terms, velocity))
+    }
+
     /// The acceleration q̈ = M⁻¹(f − C q̇) in rad/s² (eq. 2), for `generalised_force` f = [on the base, joint 2,
     /// joint 3] in N·m, `q` in rad and `velocity` in rad/s.
     ///
@@ -29,9 +36,9 @@ impl<T: Scalar> ThreeLinkDem<T> {
         velocity: &Vector3<T>,
         generalised_force: &Vector3<T>,
     ) -> Vector3<T> {
-        let terms = self.inertial_parameters().coupling_terms(q.y, q.z);
-        let remaining = generalised_force - coriolis_from(&terms, velocity) * velocity;
-        match self.inertial_parameters().mass_from(&terms).cholesky() {
+        let (mass, coriolis) = self.mass_and_coriolis(q, velocity);
+        let remaining = generalised_force - coriolis * velocity;
+        match mass.cholesky() {
             Some(factor) => factor.solve(&remaining),
             None => Vector3::repeat(T::constant(f64::NAN)),
         }
@@ -40,8 +47,8 @@ impl<T: Scalar> ThreeLinkDem<T> {
     /// The generalised force M q̈ + C q̇ in N·m, [on the base, joint 2, joint 3], that gives `acceleration` q̈ in rad/s²
     /// (eq. 2); `q` in rad and `velocity` in rad/s.
     pub fn inverse_dynamics(&self, q: &Vector3<T>, velocity: &Vector3<T>, acceleration: &Vector3<T>) -> Vector3<T> {
-        let terms = self.inertial_parameters().coupling_terms(q.y, q.z);
-        self.inertial_parameters().mass_from(&terms) * acceleration + coriolis_from(&terms, velocity) * velocity
+        let (mass, coriolis) = self.mass_and_coriolis(q, velocity);
+        mass * acceleration + coriolis * velocity
     }
 
     /// The kinetic energy ½ q̇ᵀ M q̇ in J; `q` in rad and `velocity` in rad/s. It is that of the space manipulator in the

@@ -114,6 +114,13 @@ fn an_inertia_lost_in_rounding_is_refused() {
     }
 }
 
+#[test]
+fn mass_and_coriolis_of_one_state_are_those_of_each() {
+    let (dem, q, velocity) =
+        (ThreeLinkDem::<f64>::table_2(), Vector3::new(0.1, 0.9, 0.6), Vector3::new(-0.3, 0.5, 0.3));
+    assert_eq!(dem.mass_and_coriolis(&q, &velocity), (dem.mass_matrix(&q), dem.coriolis_matrix(&q, &velocity)));
+}
+
 /// A heavy spacecraft under a light arm: badly scaled, but not badly conditioned.
 #[test]
 fn a_heavy_spacecraft_is_taken_in_single_precision() {

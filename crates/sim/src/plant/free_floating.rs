@@ -50,6 +50,29 @@ const SPINS: [RowVector5<f64>; 3] = [
     RowVector5::new(0.0, 0.0, 1.0, 1.0, 1.0),
 ];
 
+/// Where a body points, and how fast it turns.
+struct Direction {
+    /// e(φ).
+    along: Vector2<f64>,
+    /// φ̇, rad/s.
+    angular_velocity: f64,
+}
+
+impl Body {
+    fn motion(&self, state: &MotionState<5>, directions: &[Direction; 3]) -> BodyMotion {
+        let mut centre = Vector2::new(state.position.x, state.position.y);
+        let mut jacobian = Matrix2x5::identity();
+        let mut velocity_acceleration = Vector2::zeros();
+        for ((lever, spin), direction) in self.levers.iter().zip(&SPINS).zip(directions) {
+            let along = direction.along * *lever;
+            centre += along;
+            jacobian += Vector2::new(-along.y, along.x) * spin;
+            velocity_acceleration -= along * (direction.angular_velocity * direction.angular_velocity);
+        }
+        BodyMotion { centre, jacobian, velocity_acceleration }
+    }
+}
+
 impl FreeFloatingManipulator {
     /// The mechanism of `manipulator`.
     pub fn new(manipulator: &PlanarSpaceManipulator<f64, 2>) -> Self {
@@ -68,20 +91,13 @@ impl FreeFloatingManipulator {
         }
     }
 
-    fn motion(&self, body: &Body, state: &MotionState<5>) -> BodyMotion {
-        let q = &state.position;
-        let mut centre = Vector2::new(q.x, q.y);
-        let mut jacobian = Matrix2x5::identity();
-        let mut velocity_acceleration = Vector2::zeros();
-        for (lever, spin) in body.levers.iter().zip(&SPINS) {
-            let (sine, cosine) = ComplexField::sin_cos((spin * q).x);
-            let angular_velocity = (spin * state.velocity).x;
-            let along = Vector2::new(cosine, sine) * *lever;
-            centre += along;
-            jacobian += Vector2::new(-along.y, along.x) * spin;
-            velocity_acceleration -= along * (angular_velocity * angular_velocity);
-        }
-        BodyMotion { centre, jacobian, velocity_acceleration }
+    /// What each body does.
+    fn motions(&self, state: &MotionState<5>) -> [BodyMotion; 3] {
+        let directions = SPINS.map(|spin| {
+            let (sine, cosine) = ComplexField::sin_cos((spin * state.position).x);
+            Direction { along: Vector2::new(cosine, sine), angular_velocity: (spin * state.velocity).x }
+        });
+        self.bodies.each_ref().map(|body| body.motion(state, &directions))
     }
 
     /// Total mass, kg.
@@ -91,22 +107,23 @@ impl FreeFloatingManipulator {
 
     /// Linear momentum, kg·m/s.
     pub fn linear_momentum(&self, state: &MotionState<5>) -> Vector2<f64> {
-        self.bodies.iter().map(|body| self.motion(body, state).jacobian * state.velocity * body.mass).sum()
+        let bodies = self.bodies.iter().zip(self.motions(state));
+        bodies.map(|(body, motion)| motion.jacobian * state.velocity * body.mass).sum()
     }
 
     /// Angular momentum about the inertial frame's origin, kg·m²/s.
     pub fn angular_momentum(&self, state: &MotionState<5>) -> f64 {
-        let of_body = |body: &Body| {
-            let motion = self.motion(body, state);
+        let of_body = |(body, motion): (&Body, BodyMotion)| {
             let velocity = motion.jacobian * state.velocity;
             body.mass * motion.centre.perp(&velocity) + body.inertia * (body.spin * state.velocity).x
         };
-        self.bodies.iter().map(of_body).sum()
+        self.bodies.iter().zip(self.motions(state)).map(of_body).sum()
     }
 
     /// Centre of mass of the whole, m.
     pub fn centre_of_mass(&self, state: &MotionState<5>) -> Vector2<f64> {
-        let moment: Vector2<f64> = self.bodies.iter().map(|body| self.motion(body, state).centre * body.mass).sum();
+        let bodies = self.bodies.iter().zip(self.motions(state));
+        let moment: Vector2<f64> = bodies.map(|(body, motion)| motion.centre * body.mass).sum();
         moment / self.total_mass()
     }
 }
@@ -116,8 +133,7 @@ impl Mechanism<5> for FreeFloatingManipulator {
 
     fn inertial_terms(&self, state: &MotionState<5>) -> InertialTerms<5> {
         let mut terms = InertialTerms { mass: Matrix5::zeros(), velocity_force: Vector5::zeros() };
-        for body in &self.bodies {
-            let motion = self.motion(body, state);
+        for (body, motion) in self.bodies.iter().zip(self.motions(state)) {
             let pull = motion.jacobian.transpose() * body.mass;
             terms.mass += pull * motion.jacobian + body.spin.transpose() * body.spin * body.inertia;
             terms.velocity_force += pull * motion.velocity_acceleration;

@@ -23,10 +23,8 @@ impl Mechanism<3> for IdealDem {
     const JOINTS: [usize; 3] = [0, 1, 2];
 
     fn inertial_terms(&self, state: &MotionState<3>) -> InertialTerms<3> {
-        InertialTerms {
-            mass: self.0.mass_matrix(&state.position),
-            velocity_force: self.0.coriolis_matrix(&state.position, &state.velocity) * state.velocity,
-        }
+        let (mass, coriolis) = self.0.mass_and_coriolis(&state.position, &state.velocity);
+        InertialTerms { mass, velocity_force: coriolis * state.velocity }
     }
 
     fn applied_force(&self, _state: &MotionState<3>, motor: &Vector3<f64>, disturbance: &Vector3<f64>) -> Vector3<f64> {

@@ -70,10 +70,8 @@ impl Mechanism<3> for Uarm {
     const JOINTS: [usize; 3] = [0, 1, 2];
 
     fn inertial_terms(&self, state: &MotionState<3>) -> InertialTerms<3> {
-        InertialTerms {
-            mass: self.dem.mass_matrix(&state.position),
-            velocity_force: self.dem.coriolis_matrix(&state.position, &state.velocity) * state.velocity,
-        }
+        let (mass, coriolis) = self.dem.mass_and_coriolis(&state.position, &state.velocity);
+        InertialTerms { mass, velocity_force: coriolis * state.velocity }
     }
 
     fn applied_force(&self, state: &MotionState<3>, motor: &Vector3<f64>, disturbance: &Vector3<f64>) -> Vector3<f64> {
