@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 /// How many roundings of M_ii an inertia has to exceed, so that M stays positive definite when it is computed.
 ///
 /// Factorising M loses some tens of roundings of M_ii in the pivot of joint i, whatever the scale of the other joints
-/// (Cholesky's error does not change with D M D, D diagonal). With the others free the pivot is at least I_1 for joint 1 and
+/// (the error does not change with D M D, D diagonal), and whichever is eliminated first. With the others free the pivot is at least I_1 for joint 1 and
 /// I_a I_b/(I_a + I_b) ≥ ½ min(I_a, I_b) for a joint between links a and b.
 const LEAST_INERTIA_IN_ROUNDINGS: f64 = 256.0;
 

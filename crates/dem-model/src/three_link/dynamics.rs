@@ -37,11 +37,7 @@ impl<T: Scalar> ThreeLinkDem<T> {
         generalised_force: &Vector3<T>,
     ) -> Vector3<T> {
         let (mass, coriolis) = self.mass_and_coriolis(q, velocity);
-        let remaining = generalised_force - coriolis * velocity;
-        match mass.cholesky() {
-            Some(factor) => factor.solve(&remaining),
-            None => Vector3::repeat(T::constant(f64::NAN)),
-        }
+        solve_positive_definite(&mass, &(generalised_force - coriolis * velocity))
     }
 
     /// The generalised force M q̈ + C q̇ in N·m, [on the base, joint 2, joint 3], that gives `acceleration` q̈ in rad/s²
@@ -62,4 +58,18 @@ impl<T: Scalar> ThreeLinkDem<T> {
     pub fn angular_momentum(&self, q: &Vector3<T>, velocity: &Vector3<T>) -> T {
         (self.mass_matrix(q) * velocity).x
     }
+}
+
+/// x of M x = b by M = LᵀDL, eliminated from joint 3 to joint 1: M_33 is the same in every configuration, so that its reciprocal
+/// is there before the cosines are. Backward stable for a positive definite M, as Cholesky's factors are, without their roots.
+fn solve_positive_definite<T: Scalar>(mass: &Matrix3<T>, right: &Vector3<T>) -> Vector3<T> {
+    let third = T::one() / mass.m33;
+    let (l31, l32) = (mass.m13 * third, mass.m23 * third);
+    let m12 = mass.m12 - l31 * mass.m23;
+    let second = T::one() / (mass.m22 - l32 * mass.m23);
+    let l21 = m12 * second;
+    let b2 = right.y - l32 * right.z;
+    let x1 = (right.x - l31 * right.z - l21 * b2) / (mass.m11 - l31 * mass.m13 - l21 * m12);
+    let x2 = b2 * second - l21 * x1;
+    Vector3::new(x1, x2, right.z * third - l31 * x1 - l32 * x2)
 }
