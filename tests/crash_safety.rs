@@ -10,13 +10,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use uarm::dimensions::RunLog;
 use uarm_io::realtime::let_others_go_first;
 
 /// What a killed process may lose at most, beside what the machine kept its writer from running.
 const LOSS_LIMIT: Duration = Duration::from_secs(1);
 
-const SEED: u128 = 408;
+const SEED: u64 = 408;
 
 /// A folder that is removed at the end.
 struct Folder(PathBuf);
@@ -101,12 +103,12 @@ fn a_killed_run_leaves_all_but_its_last_second() {
     const KILLS: usize = 3;
     const LONGEST: f64 = 1.5;
     let folder = Folder::new("killed");
-    let mut random = oorandom::Rand64::new(SEED);
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let starvation = Starvation::watch();
     for kill in 0..KILLS {
         let file = folder.file(&format!("{kill}.mcap"));
         let mut child = start_recording(&folder, &file);
-        let after = Duration::from_secs_f64(LONGEST * random.rand_float());
+        let after = Duration::from_secs_f64(random.random_range(0.0..LONGEST));
         std::thread::sleep(after);
         let killed = SystemTime::now();
         child.kill().unwrap();

@@ -6,6 +6,8 @@
 mod vcan_support;
 
 use hinf_control::Law;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use std::io::Cursor;
 use std::path::Path;
@@ -229,9 +231,9 @@ fn a_killed_run_leaves_all_but_its_last_second() {
     const KILLS: usize = 5;
     const SEED: u64 = 20_110_395;
     let workshop = Workshop::new("killed");
-    let mut random = oorandom::Rand64::new(SEED.into());
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
     for kill in 0..KILLS {
-        let after = TASK.mul_f64(0.9 * random.rand_float());
+        let after = TASK.mul_f64(random.random_range(0.0..0.9));
         let file = workshop.file(&format!("{kill}.mcap"));
         let bus = Bus::open();
         let (_robot, running) = start(&workshop, &bus, &file, &[]);

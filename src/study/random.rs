@@ -1,6 +1,7 @@
 //! Random streams: one for each seed, subject and index, independent of who draws first.
 
-use oorandom::Rand64;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// What a stream is drawn for. Subjects have streams of their own, so that drawing more for one changes no other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,41 +24,34 @@ impl Subject {
     }
 }
 
-/// A stream of random numbers (PCG, O'Neill 2014).
+/// A stream of random numbers: `ChaCha8` (Bernstein 2008).
 #[derive(Clone, Debug)]
-pub struct Stream(Rand64);
-
-/// 2⁶⁴ over the golden ratio, odd: the increment of SplitMix64 (Steele, Lea, Flood 2014).
-const GOLDEN_GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
+pub struct Stream(ChaCha8Rng);
 
 impl Stream {
-    /// The stream of (seed, subject, index).
+    /// The stream of (seed, subject, index): seed and subject are the cipher's key, the index is its stream.
     ///
-    /// The three are mixed into the generator's 128 bits of state, since neighbouring states of a PCG give related numbers.
+    /// No two of them share key and stream.
     pub fn new(seed: u64, subject: Subject, index: u64) -> Self {
-        let subject_key = mix(mix(seed).wrapping_add(subject.number().wrapping_mul(GOLDEN_GAMMA)));
-        let high = mix(subject_key.wrapping_add(index.wrapping_mul(GOLDEN_GAMMA)));
-        let low = mix(high.wrapping_add(GOLDEN_GAMMA));
-        Self(Rand64::new((u128::from(high) << 64) | u128::from(low)))
+        let mut key = [0; 32];
+        for (byte, word) in key.iter_mut().zip([seed, subject.number()].map(u64::to_le_bytes).as_flattened()) {
+            *byte = *word;
+        }
+        let mut generator = ChaCha8Rng::from_seed(key);
+        generator.set_stream(index);
+        Self(generator)
     }
 
     /// A number between `low` and `high`, uniformly: `low` when the two are the same.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.0.rand_float()
+        low + (high - low) * self.0.random::<f64>()
     }
 
     /// A whole number from 0 to below `limit`, uniformly; 0 if `limit` is.
     pub fn below(&mut self, limit: usize) -> usize {
-        let drawn = self.0.rand_range(0..u64::try_from(limit).unwrap_or(u64::MAX).max(1));
+        let drawn = self.0.random_range(0..u64::try_from(limit).unwrap_or(u64::MAX).max(1));
         usize::try_from(drawn).unwrap_or_default()
     }
-}
-
-/// The output function of SplitMix64: each bit of the input flips each bit of the output half of the time.
-const fn mix(value: u64) -> u64 {
-    let value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let value = (value ^ (value >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    value ^ (value >> 31)
 }
 
 #[cfg(test)]
@@ -65,10 +59,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn mixes_as_the_published_generator_does() {
-        // The first outputs of SplitMix64 from state 0, that of the reference implementation (Vigna).
-        assert_eq!(mix(GOLDEN_GAMMA), 0xe220_a839_7b1d_cdaf);
-        assert_eq!(mix(GOLDEN_GAMMA.wrapping_mul(2)), 0x6e78_9e6a_a1b9_65f4);
+    fn numbers_are_those_of_the_cipher() {
+        // The first two words of 64 bits of ChaCha8's key stream, key (7, 2, 0, 0) and stream 5, by a program of RFC 8439's
+        // rounds that gives the published key stream of key and stream 0; their upper 53 bits are the fraction.
+        let mut stream = Stream::new(7, Subject::Plant, 5);
+        assert_eq!([(); 2].map(|()| stream.uniform(0.0, 1.0)), [0.775_080_552_154_132_5, 0.774_144_970_334_325_5]);
     }
 
     #[test]

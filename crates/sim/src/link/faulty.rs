@@ -2,7 +2,8 @@
 
 use core::time::Duration;
 use heapless::Vec;
-use oorandom::Rand64;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use uarm_io::frame::Frame;
 use uarm_io::link::{Link, LinkHealth, Received};
 use uarm_io::time::{Clock, Instant};
@@ -72,14 +73,14 @@ struct InFlight {
 
 /// A link that loses, doubles, corrupts, delays and so reorders frames.
 ///
-/// Deterministic: the same seed, rates and traffic give the same faults (the generator is `oorandom` 11's PCG). Frames sent
+/// Deterministic: the same seed, rates and traffic give the same faults (the generator is `ChaCha8`). Frames sent
 /// are lost, doubled or corrupted, but not delayed: the wire takes them when they are handed over.
 #[derive(Debug)]
 pub struct FaultyLink<L, C> {
     inner: L,
     clock: C,
     rates: FaultRates,
-    random: Rand64,
+    random: ChaCha8Rng,
     in_flight: Vec<InFlight, IN_FLIGHT>,
     counts: FaultCounts,
 }
@@ -91,7 +92,7 @@ impl<L: Link, C: Clock> FaultyLink<L, C> {
     /// [`FaultRateError`] if a rate is not a probability.
     pub fn new(inner: L, clock: C, rates: FaultRates, seed: u64) -> Result<Self, FaultRateError> {
         rates.check()?;
-        let random = Rand64::new(seed.into());
+        let random = ChaCha8Rng::seed_from_u64(seed);
         Ok(Self { inner, clock, rates, random, in_flight: Vec::new(), counts: FaultCounts::default() })
     }
 
@@ -121,7 +122,7 @@ impl<L: Link, C: Clock> FaultyLink<L, C> {
     }
 
     fn happens(&mut self, probability: f64) -> bool {
-        self.random.rand_float() < probability
+        self.random.random::<f64>() < probability
     }
 
     /// The frame, perhaps with a flipped bit.
@@ -135,7 +136,7 @@ impl<L: Link, C: Clock> FaultyLink<L, C> {
             *byte = *original;
         }
         let bits = u64::try_from(8 * length).unwrap_or(u64::MAX);
-        let flipped = usize::try_from(self.random.rand_range(0..bits)).unwrap_or(0);
+        let flipped = usize::try_from(self.random.random_range(0..bits)).unwrap_or(0);
         if let Some(byte) = bytes.get_mut(flipped / 8) {
             *byte ^= 1 << (flipped % 8);
         }
@@ -155,7 +156,7 @@ impl<L: Link, C: Clock> FaultyLink<L, C> {
         }
         if self.happens(self.rates.delay) {
             let longest = u64::try_from(self.rates.longest_delay.as_nanos()).unwrap_or(u64::MAX);
-            let delay = Duration::from_nanos(self.random.rand_range(0..longest.max(1)));
+            let delay = Duration::from_nanos(self.random.random_range(0..longest.max(1)));
             if self.in_flight.push(InFlight { due: received.at + delay, frame }).is_ok() {
                 self.counts.delayed += 1;
                 return None;
