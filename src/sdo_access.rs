@@ -1,4 +1,4 @@
-//! SDO access to a drive that a run has left in NMT state *Stopped*, in which no drive answers.
+//! SDO access to a drive that a run has left in NMT state *Stopped*, in which no drive answers, and many say nothing.
 
 use std::time::Duration;
 
@@ -13,13 +13,14 @@ const PATIENCE: Patience = Patience { timeout: Duration::from_millis(200), attem
 /// How long a heartbeat is waited for: drives send theirs several times a second.
 const LISTENING: Duration = Duration::from_secs(1);
 
-/// Makes sure that `node` answers SDO requests. A drive that does, in a run too, is left alone. One that does not, and whose
-/// heartbeat says *Stopped*, gets the NMT command *enter pre-operational*, which moves nothing.
+/// Makes sure that `node` answers SDO requests. A drive that does, in a run too, is left alone. One that does not, and that either says
+/// *Stopped* in its heartbeat or has none, gets the NMT command *enter pre-operational*, which moves nothing: a drive in any other state
+/// would have answered.
 ///
 /// The link must receive the SDO answers and the heartbeat of `node`: see [`identifiers`].
 ///
 /// # Errors
-/// If the drive does not answer and is not stopped.
+/// If the drive does not answer, not even then.
 pub fn ensure<L: Link, C: Clock>(link: &mut L, clock: &C, node: NodeId) -> anyhow::Result<()>
 where
     L::Error: Send + Sync + 'static,
@@ -32,7 +33,7 @@ where
     });
     let Err(silence) = answers(bus.read(node, &DEVICE_TYPE))? else { return Ok(()) };
     bus.listen(LISTENING)?;
-    if state != Some(NmtState::Stopped) {
+    if state.is_some_and(|state| state != NmtState::Stopped) {
         return Err(silence.into());
     }
     link.send(&wire::nmt_frame(NmtCommand::EnterPreOperational, node))?;
@@ -63,11 +64,11 @@ mod tests {
     use uarm_io::frame::Frame;
     use uarm_io::link::{FrameDirection, ObservedLink};
 
-    /// The NMT commands that are sent to make node 2 answer, after `before`.
-    fn commands(before: &[NmtCommand]) -> (anyhow::Result<()>, Vec<Frame>) {
+    /// The NMT commands that are sent to make node 2 answer, after `before`; it has a heartbeat, or none if that is 0.
+    fn commands(heartbeat_ms: u16, before: &[NmtCommand]) -> (anyhow::Result<()>, Vec<Frame>) {
         let (mut link, clock) = bus();
         let mut master = Bystander::new(&mut link, &clock, PATIENCE, |_| {});
-        master.write(node(), PRODUCER_HEARTBEAT_TIME.address(), Value::Unsigned16(50)).unwrap();
+        master.write(node(), PRODUCER_HEARTBEAT_TIME.address(), Value::Unsigned16(heartbeat_ms)).unwrap();
         for command in before {
             master.send(&wire::nmt_frame(*command, node())).unwrap();
         }
@@ -82,19 +83,22 @@ mod tests {
 
     #[test]
     fn a_stopped_drive_is_made_to_answer_and_any_other_is_left_alone() {
-        let (outcome, sent) = commands(&[NmtCommand::StopRemoteNode]);
-        outcome.unwrap();
-        // CiA 301, 7.2.8.3.1: 80h enters Pre-operational.
-        assert_eq!(sent.iter().map(Frame::data).collect::<Vec<_>>(), [[0x80, 2]]);
+        // As after a start that was refused before the heartbeat was written, too.
+        for heartbeat_ms in [50, 0] {
+            let (outcome, sent) = commands(heartbeat_ms, &[NmtCommand::StopRemoteNode]);
+            outcome.unwrap();
+            // CiA 301, 7.2.8.3.1: 80h enters Pre-operational.
+            assert_eq!(sent.iter().map(Frame::data).collect::<Vec<_>>(), [[0x80, 2]]);
+        }
         for before in [&[][..], &[NmtCommand::StartRemoteNode]] {
-            let (outcome, sent) = commands(before);
+            let (outcome, sent) = commands(50, before);
             outcome.unwrap();
             assert_eq!(sent, []);
         }
     }
 
     #[test]
-    fn a_drive_that_is_not_there_gets_no_command() {
+    fn a_drive_that_is_not_there_is_named() {
         let (mut link, clock) = bus();
         let absent = NodeId::new(9).unwrap();
         let error = ensure(&mut link, &clock, absent).unwrap_err().to_string();

@@ -53,6 +53,12 @@ impl Machine {
         all.filter(|finding| finding.verdict == Verdict::Bad).collect()
     }
 
+    /// What is wrong with the bit rate of the interface that is wished for, if it is known: at another rate than the bus's it disturbs
+    /// all who are on it.
+    pub fn wrong_bit_rate(&self, wish: &CanWish) -> Option<Finding> {
+        can::wrong_bit_rate(self, wish)
+    }
+
     /// What the drives' bus needs: CAN in the kernel, the interfaces and how they are set up.
     pub fn can_findings(&self, wish: &CanWish) -> Vec<Finding> {
         can::findings(self, wish)

@@ -25,14 +25,14 @@ use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
 use crate::signals;
 use crate::simulated_robot::{PlantChoice, SimulatedPlant, simulated_with};
-use faults::{Order, Schedule};
+use faults::{ACTIONS, Order, Schedule};
 use power_up::StartOf;
 use serve::{Extras, serve};
 use truth::TruthFile;
 
 /// Arguments of `uarm plant`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
+#[command(after_help = format!("\
 Examples:
   ip link add vcan0 type vcan && ip link set vcan0 up
   uarm plant --can vcan0 &
@@ -44,11 +44,10 @@ Examples:
 A joint whose encoder.reference is incremental counts from zero after each power-up of its drive: the whole path from power-up over
 `uarm drive reference` to the run and the loss of power can be rehearsed.
 The drives listen when the line `ready: nodes 1 2 3 on vcan0` has come on standard output.
-Faults: power-lost, bus-disconnected, encoder-jump=COUNTS, encoder-stuck, over-temperature, brake-stuck-engaged,
-brake-stuck-released, motor-disconnected; repair takes all of a drive away. Times are of the plant, from the first SYNC with all
-drives enabled, in every run anew.
+Faults: {ACTIONS}, which takes all of a drive away. Times are of the plant, from the first SYNC with all drives enabled, in every run
+anew.
 An NMT reset of all drives, with which each run begins, puts the robot back to the start of its motion.
-It never ends by itself: SIGINT or SIGTERM ends it. When the interface goes down it waits for it to come back.")]
+It never ends by itself: SIGINT or SIGTERM ends it. When the interface goes down it waits for it to come back."))]
 pub struct Arguments {
     /// The CAN interface
     #[arg(long, value_name = "INTERFACE")]

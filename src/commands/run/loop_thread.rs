@@ -1,6 +1,6 @@
 //! What happens on the loop's thread: the link is opened, the thread becomes a real-time one, the run is made.
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use hinf_control::Disturbance;
 use uarm_io::drive::network::{Confirmation, DriveStop, LastDefence, StopReport};
 use uarm_io::link::ObservedLink;
@@ -81,7 +81,12 @@ impl<const J: usize, const N: usize> LoopThread<'_, J, N> {
             (_, AnyLink::Simulated(_)) => self.real_time(None)?,
             (_, AnyLink::Can(link)) => {
                 let bit_rate = Some(self.robot.description.bus.bit_rate.bits_per_second());
-                self.real_time(Some(&CanWish { interface: Some(link.interface()), bit_rate }))?
+                let wish = CanWish { interface: Some(link.interface()), bit_rate };
+                // Whatever is asked for of the machine.
+                if let Some(finding) = Machine::this().wrong_bit_rate(&wish) {
+                    bail!("{finding}");
+                }
+                self.real_time(Some(&wish))?
             }
         };
         match self.loop_side.take() {

@@ -221,6 +221,18 @@ fn bit_rate(name: &str, controller: &Controller, wish: &CanWish) -> Finding {
     }
 }
 
+/// What is wrong with the bit rate of the interface of `wish`; `None` if it is as wished, or not known.
+pub(super) fn wrong_bit_rate(machine: &Machine, wish: &CanWish) -> Option<Finding> {
+    let name = wish.interface?;
+    conflict(&interfaces(machine).into_iter().find(|found| found.name == name.as_str())?, wish)
+}
+
+fn conflict(interface: &Interface, wish: &CanWish) -> Option<Finding> {
+    let Kind::Hardware(controller) = &interface.kind else { return None };
+    controller.bit_rate.filter(|&rate| rate > 0)?;
+    Some(bit_rate(&interface.name, controller, wish)).filter(|finding| finding.verdict == Verdict::Bad)
+}
+
 fn restart(name: &str, controller: &Controller) -> Finding {
     let finding = |found: String| Finding::good(format!("{name} restart-ms"), found, "some 100 ms");
     match controller.restart_ms {
@@ -284,6 +296,21 @@ mod tests {
         assert_eq!(verdicts(&hardware(Controller { bit_rate: None, ..SOUND }, 16)), [Good, Bad, Good, Good]);
         assert_eq!(verdicts(&hardware(Controller { restart_ms: Some(0), ..SOUND }, 16)), [Good, Good, Warning, Good]);
         assert_eq!(verdicts(&hardware(SOUND, 1_000)), [Good, Good, Good, Warning]);
+    }
+
+    /// A rate that is not known, as of an interface that is no hardware, is no reason to stay away.
+    #[test]
+    fn a_wrong_bit_rate_is_told_where_it_is_known() {
+        let wish = CanWish { interface: None, bit_rate: Some(1_000_000) };
+        let wrong = |interface: &Interface| conflict(interface, &wish).map(|finding| finding.to_string());
+        let told = wrong(&hardware(Controller { bit_rate: Some(500_000), ..SOUND }, 16)).unwrap();
+        assert!(told.contains("500000 bit/s") && told.contains("1000000 bit/s"), "{told}");
+        assert_eq!(wrong(&hardware(SOUND, 16)), None);
+        for unknown in [None, Some(0)] {
+            assert_eq!(wrong(&hardware(Controller { bit_rate: unknown, ..SOUND }, 16)), None);
+        }
+        let virtual_bus = Interface { kind: Kind::Virtual, ..hardware(SOUND, 16) };
+        assert_eq!(wrong(&virtual_bus), None);
     }
 
     /// A node at a wrong bit rate destroys the frames of the others: who does not know the rate is told none.

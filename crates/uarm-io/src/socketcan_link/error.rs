@@ -37,7 +37,7 @@ pub enum OpenError {
     /// The interface is down.
     #[error(
         "`{interface}` is down. Bring it up with `ip link set {interface} up` \
-         (CAN hardware: `ip link set {interface} up type can bitrate 1000000 restart-ms 100`)"
+         (CAN hardware: `ip link set {interface} up type can bitrate RATE restart-ms 100`, RATE that of the bus: another disturbs it)"
     )]
     Down {
         /// The interface asked for.

@@ -43,7 +43,12 @@ pub fn scan(interface: &str, scan: &Scan) -> String {
         self::node(&mut text, node, traffic, scan.identities.get(&node), scan.not_asked.is_none());
     }
     if scan.nodes().is_empty() {
-        line(&mut text, format_args!("no node found: are the drives on, on this bus, with this bit rate?"));
+        line(
+            &mut text,
+            format_args!(
+                "no node found: are the drives on, on this bus, with this bit rate? A drive that a master has stopped may be silent: `uarm drive check --node N` wakes it"
+            ),
+        );
     }
     if let Some(reason) = &scan.not_asked {
         line(&mut text, format_args!("nobody was asked for an identity: {reason}"));
