@@ -48,8 +48,9 @@ impl Planner<'_> {
         }
     }
 
-    /// 60C2h: whole milliseconds as (n, −3), which all makers take; other exponents where milliseconds cannot hold the
-    /// period. What is right already, in whatever exponent, stays.
+    /// 60C2h: in the exponent that the drive has, if it can hold the period: that one may be fixed, which a drive tells only
+    /// when it is written to. Else whole milliseconds as (n, −3), which all makers take, and other exponents where
+    /// milliseconds cannot hold the period. What is right already stays.
     pub(super) fn period(&mut self) -> Finding {
         let (value, exponent) = (&objects::INTERPOLATION_TIME_VALUE, &objects::INTERPOLATION_TIME_EXPONENT);
         let period = self.protocol.period;
@@ -63,7 +64,10 @@ impl Planner<'_> {
             let row = self.row(Question::Period, value, Wanted::Words("the period, or absent"));
             return row.noting("the drive is not told the period");
         }
-        for (wanted_value, wanted_exponent) in interpolation_times(period) {
+        let as_found = |time: &(u8, i8)| found.1.answer == Answer::Number(time.1.into());
+        for (wanted_value, wanted_exponent) in
+            interpolation_times(period).filter(as_found).chain(interpolation_times(period))
+        {
             let (wanted_value, wanted_exponent) = (i64::from(wanted_value), i64::from(wanted_exponent));
             // An exponent that is absent is −3, whole milliseconds.
             let exponent_fits = match found.1.answer {

@@ -42,6 +42,18 @@ fn the_period_is_told_in_whole_milliseconds() {
     assert_eq!((refused.question, refused.verdict), (Question::Period, Verdict::Cannot));
 }
 
+/// A drive does not say that its exponent is fixed until it is written to.
+#[test]
+fn the_period_is_told_in_the_exponent_that_the_drive_has() {
+    let told = |dictionary| of_index(&written(&planned(dictionary, &wishes())), &["60C2"]).join(", ");
+    let with = |exponent| drive().rw(0x60C2, 1, 1).rw(0x60C2, 2, exponent);
+    assert_eq!(told(with(-4)), "60C2:1 = 1E", "30 of 0.1 ms");
+    assert_eq!(told(drive().rw(0x60C2, 1, 1).ro(0x60C2, 2, -4)), "60C2:1 = 1E", "as a dictionary says it");
+    for cannot_hold_it in [-2, -6] {
+        assert_eq!(told(with(cannot_hold_it)), "60C2:1 = 3, 60C2:2 = FFFFFFFFFFFFFFFD", "{cannot_hold_it}");
+    }
+}
+
 #[test]
 fn a_period_that_is_fixed_and_equal_is_accepted() {
     let fixed = |value| planned(drive().ro(0x60C2, 1, value).ro(0x60C2, 2, -3), &wishes());
