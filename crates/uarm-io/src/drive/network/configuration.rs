@@ -2,7 +2,7 @@
 
 use crate::drive::objects::SYNC_COUNTER_OVERFLOW;
 use crate::drive::plan::{Plan, interpolation_times, plan};
-use crate::drive::survey::Survey;
+use crate::drive::survey::{Answer, Survey};
 use crate::drive::wire::{Channel, MASTER_NODE};
 use crate::drive::wishes::{DriveConfiguration, HeartbeatError, Heartbeats, Protocol, SyncCounterChoice, SyncPayload};
 use canopen_rs::NodeId;
@@ -160,7 +160,9 @@ impl<const JOINTS: usize> NetworkConfiguration<JOINTS> {
 
     /// The plan of a start for `drive`, of which `survey` tells, where the other drives take the SYNC as it does.
     pub fn plan(&self, survey: &Survey, drive: &DriveConfiguration) -> Plan {
-        let can_count = survey.get(&SYNC_COUNTER_OVERFLOW).answer.is_there();
+        let counter = survey.get(&SYNC_COUNTER_OVERFLOW);
+        let wanted = i64::from(SyncPayload::Counter.overflow());
+        let can_count = counter.answer == Answer::Number(wanted) || counter.may_become(wanted);
         plan(survey, drive, &self.protocol(self.sync_counter.payload(can_count)))
     }
 

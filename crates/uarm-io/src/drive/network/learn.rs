@@ -8,7 +8,9 @@ use crate::drive::plan::{self, Plan};
 use crate::drive::sdo::{DriveObjects, SdoError};
 use crate::drive::survey::{ObjectSource, Survey};
 use crate::drive::wire;
-use crate::drive::wishes::{AbortOption, DriveConfiguration, Protocol, ReadBack, Setting, SyncPayload, Watchdog};
+use crate::drive::wishes::{
+    AbortOption, DriveConfiguration, Protocol, ReadBack, Setting, SyncCounterChoice, SyncPayload, Watchdog,
+};
 use crate::link::Link;
 use crate::time::Clock;
 use canopen_rs::NodeId;
@@ -33,6 +35,18 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
             all_can_count &= self.objects_of(node).ask(&objects::SYNC_COUNTER_OVERFLOW)?.answer.is_there();
         }
         Ok(self.network.configuration.sync_counter.payload(all_can_count))
+    }
+
+    /// True if a drive did not take the SYNC's counter, which it tells only when it is written to, and the robot file leaves the
+    /// choice to the drives.
+    pub(super) fn can_do_without_counter(&self, error: &StartError<L::Error>) -> bool {
+        let object = match error {
+            StartError::Refused { finding, .. } => finding.object,
+            StartError::Sdo(SdoError::Abort { object, .. }) | StartError::ReadBack { object, .. } => *object,
+            _ => return false,
+        };
+        let is_chosen = self.network.configuration.sync_counter == SyncCounterChoice::Auto;
+        is_chosen && self.network.sync_counter.is_some() && object == objects::SYNC_COUNTER_OVERFLOW.address()
     }
 
     /// Reads a drive, writes what differs, and reads it again: what then is not as it should be is an error.

@@ -102,6 +102,14 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
             self.switch_off(node)?;
         }
         let sync_payload = self.choose_sync()?;
+        match self.set_up_all(sync_payload) {
+            Err(error) if self.can_do_without_counter(&error) => self.set_up_all(SyncPayload::Empty),
+            outcome => outcome,
+        }
+    }
+
+    /// Sets all drives up for this SYNC.
+    fn set_up_all(&mut self, sync_payload: SyncPayload) -> Outcome<Started<JOINTS>, L> {
         self.network.sync_counter = SyncCounter::new(sync_payload.overflow()).ok();
         let protocol = self.network.configuration.protocol(sync_payload);
         let mut positions = [0; JOINTS];

@@ -44,7 +44,10 @@ impl Planner<'_> {
                 row.with(Verdict::Cannot, Remedy::RobotFile("[bus] sync_counter = \"off\""))
             }
             (_, SyncPayload::Counter) => row.with(Verdict::WorksWith, Remedy::SyncWithoutCounter),
-            (_, SyncPayload::Empty) => row.with(Verdict::Cannot, Remedy::RobotFile("[bus] sync_counter = \"on\"")),
+            (_, SyncPayload::Empty) if row.found == Answer::Number(SyncPayload::Counter.overflow().into()) => {
+                row.with(Verdict::Cannot, Remedy::RobotFile("[bus] sync_counter = \"on\""))
+            }
+            (_, SyncPayload::Empty) => row.refusing("another drive: its SYNC counter cannot be switched off"),
         }
     }
 

@@ -7,6 +7,7 @@ mod readings;
 mod scales;
 
 use super::*;
+use crate::drive::network::NetworkConfiguration;
 use crate::drive::objects::{self, Object};
 use crate::drive::pdo_objects::{PdoKind, PdoNumber};
 use crate::drive::survey::{Access, Answered, ObjectSource, SourceKind};

@@ -74,7 +74,9 @@ fn an_object_that_turns_out_to_be_read_only_is_refused_with_the_remedy() {
              milliseconds as a rule: a control.period_us that the drive takes",
         ),
     ] {
-        let mut network = network();
+        let mut configuration = configuration();
+        configuration.sync_counter = SyncCounterChoice::On;
+        let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
         network.link_mut().drives[0].dictionary.insert(object.address(), Entry::constant(value)).unwrap();
         assert_eq!(format!("{}", start(&mut network).unwrap_err()), message);
     }
@@ -141,6 +143,31 @@ fn one_drive_without_a_counter_makes_the_sync_of_all_one_without() {
     assert_eq!(value(&network, 0, &SYNC_COUNTER_OVERFLOW), Value::Unsigned8(0));
     network.sync().unwrap();
     assert_eq!(*network.link().sent.last().unwrap(), wire::plain_sync_frame());
+}
+
+/// The second drive tells that its 1019h is fixed only when the first has been told to count.
+#[test]
+fn one_drive_whose_counter_is_fixed_at_0_makes_the_sync_of_all_one_without() {
+    let mut network = network();
+    let fixed = Entry::constant(Value::Unsigned8(0));
+    network.link_mut().drives[1].dictionary.insert(SYNC_COUNTER_OVERFLOW.address(), fixed).unwrap();
+    let started = start(&mut network).unwrap();
+    assert_eq!(started.sync_payload, SyncPayload::Empty);
+    assert_eq!(value(&network, 0, &SYNC_COUNTER_OVERFLOW), Value::Unsigned8(0));
+    network.sync().unwrap();
+    assert_eq!(*network.link().sent.last().unwrap(), wire::plain_sync_frame());
+}
+
+#[test]
+fn a_counter_that_is_fixed_at_another_value_is_refused() {
+    let mut network = network();
+    let fixed = Entry::constant(Value::Unsigned8(10));
+    network.link_mut().drives[1].dictionary.insert(SYNC_COUNTER_OVERFLOW.address(), fixed).unwrap();
+    assert_eq!(
+        format!("{}", start(&mut network).unwrap_err()),
+        "node 2: 1019h:00 (synchronous counter overflow value) is 10 (Ah), expected 0: another drive: its SYNC counter \
+         cannot be switched off"
+    );
 }
 
 #[test]

@@ -16,6 +16,17 @@ fn without_1019h_the_sync_carries_no_counter_if_all_can_do_without() {
     assert_eq!(of_index(&written(&plan), &["1019"]), ["1019:0 = 0"]);
 }
 
+/// A dictionary that says that 1019h cannot be written.
+#[test]
+fn a_counter_that_cannot_be_written_is_not_chosen() {
+    let network = NetworkConfiguration::new([wishes()], protocol().period).unwrap();
+    let of = |dictionary| network.plan(&survey(dictionary, &wishes()), &wishes());
+    let fixed = of(drive().ro(0x1019, 0, 0));
+    assert_eq!(finding(&fixed, Question::Sync).verdict, Verdict::Works);
+    assert_eq!(finding(&of(drive().ro(0x1019, 0, 240)), Question::Sync).wanted, Wanted::Number(240));
+    assert_eq!(finding(&of(drive().ro(0x1019, 0, 10)), Question::Sync).verdict, Verdict::Cannot);
+}
+
 #[test]
 fn the_sync_counter_is_chosen_by_what_all_drives_have() {
     use SyncCounterChoice::{Auto, Off, On};
