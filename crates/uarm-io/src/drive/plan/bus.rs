@@ -14,6 +14,9 @@ const SENDS_SYNC: i64 = 1 << 30;
 const READ_AT_START: &str = "it is read at start, and must then be so";
 /// A watchdog that the robot file would switch off again.
 const UNDONE: &str = "leave it out of the drive.writes that come after: they would undo the watchdog";
+/// A 6007h that says that the drive does nothing, and cannot be written.
+const UNCHANGEABLE: &str = "another drive; or, where it was tried with the arm supported, drive.without_6007h says in your own words \
+                            how it is known that it brakes without its master";
 /// 6007h: the loss of the master is a fault.
 const LOSS_IS_FAULT: i64 = 1;
 
@@ -180,7 +183,8 @@ impl Planner<'_> {
                 Some(setting) if self.answered(object).access.may_write() => {
                     row.with(Verdict::WorksWith, Remedy::Write(setting))
                 }
-                _ => row.with(Verdict::WorksWith, Remedy::ExplainAbortOption),
+                // That it brakes all the same is for who has tried it to say, in words that nobody can propose.
+                _ => row.with(Verdict::Cannot, Remedy::RobotFile(UNCHANGEABLE)),
             },
             _ => row.with(Verdict::WorksWith, Remedy::ExplainAbortOption),
         }

@@ -47,15 +47,16 @@ impl Planner<'_> {
         let found = self.survey.get(object);
         let written = self.drive.settings.iter().rev().find(|setting| setting.address == object.address());
         match written {
-            Some(setting) => Answered { answer: Answer::of(setting.value), ..found },
-            None => found,
+            Some(setting) if takes(found) => Answered { answer: Answer::of(setting.value), ..found },
+            _ => found,
         }
     }
 
     /// What the robot file writes into it after the protocol's objects, in the end.
     pub(super) fn written_later(&self, object: &Object) -> Option<Answer> {
         let is_it = |setting: &&Setting| setting.address == object.address();
-        self.drive.later_settings.iter().rev().find(is_it).map(|setting| Answer::of(setting.value))
+        let written = self.drive.later_settings.iter().rev().find(is_it).map(|setting| Answer::of(setting.value));
+        written.filter(|_| takes(self.survey.get(object)))
     }
 
     /// Its answer.
@@ -109,6 +110,11 @@ impl Planner<'_> {
             verdict: Verdict::Works,
         }
     }
+}
+
+/// False if it is known that nothing can be written into an object of which this is known.
+fn takes(found: Answered) -> bool {
+    found.answer.is_there() && found.access.may_write()
 }
 
 /// What comes of wanting a number in an object of which this is known.

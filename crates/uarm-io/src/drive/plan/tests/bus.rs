@@ -125,6 +125,25 @@ fn a_drive_that_would_do_nothing_without_its_master_is_refused() {
     }
 }
 
+/// What the robot file would write is not what the drive says.
+#[test]
+fn a_drive_that_does_nothing_without_its_master_and_cannot_be_told_to_is_refused_in_words() {
+    let fault = Setting::of(&objects::ABORT_CONNECTION_OPTION, Value::Integer16(1));
+    let mut writes = wishes();
+    writes.settings.push(fault).unwrap();
+    let mut writes_later = wishes();
+    writes_later.later_settings.push(fault).unwrap();
+    for wish in [wishes(), writes, writes_later] {
+        let fixed = finding(&planned(drive().ro(0x6007, 0, 0), &wish), Question::LossReaction);
+        assert_eq!((fixed.verdict, fixed.found), (Verdict::Cannot, Answer::Number(0)));
+        assert!(matches!(fixed.remedy, Remedy::RobotFile(words) if words.contains("drive.without_6007h")));
+        let absent = finding(&planned(drive().without(0x6007, 0), &wish), Question::LossReaction);
+        assert_eq!((absent.found, absent.remedy), (Answer::Absent, Remedy::ExplainAbortOption));
+        let other = finding(&planned(drive().ro(0x6007, 0, 2), &wish), Question::LossReaction);
+        assert_eq!((other.verdict, other.found), (Verdict::Works, Answer::Number(2)));
+    }
+}
+
 /// The file's last word must not be that nobody watches.
 #[test]
 fn a_watchdog_that_the_robot_file_would_switch_off_is_refused() {
