@@ -47,9 +47,18 @@ impl Planner<'_> {
             (Answer::Number(found), Answer::Number(1) | Answer::Absent) if found == wanted => row,
             (Answer::Unstated, _) | (Answer::Number(_), Answer::Unstated) => row.noting(READ_AT_START),
             (Answer::Number(found), Answer::Number(1)) => self.other_resolution(row, found, wanted),
-            (Answer::Number(_), Answer::Number(_)) => {
-                let row = self.row(Question::Resolution, revolutions, Wanted::Number(1));
-                self.to_write(row, revolutions, 1)
+            (Answer::Number(found), Answer::Number(turns)) => {
+                // Several revolutions that cannot be written are those of the drive, as a ratio.
+                let whole = found.checked_rem(turns) == Some(0);
+                match found.checked_div(turns).filter(|_| whole).and_then(counts_per_revolution) {
+                    Some(counts) if self.answered(revolutions).access != Access::ReadWrite => {
+                        row.with(Verdict::WorksWith, Remedy::CountsPerRevolution(counts))
+                    }
+                    _ => {
+                        let row = self.row(Question::Resolution, revolutions, Wanted::Number(1));
+                        self.to_write(row, revolutions, 1)
+                    }
+                }
             }
             _ => row.with(Verdict::Cannot, Remedy::RobotFile(ONE_IS_WRONG)),
         }
@@ -60,8 +69,7 @@ impl Planner<'_> {
         if self.answered(&objects::ENCODER_INCREMENTS).access == Access::ReadWrite {
             return self.to_write(row, &objects::ENCODER_INCREMENTS, wanted);
         }
-        let counts = u32::try_from(found).ok().filter(|counts| CountsPerRevolution::RANGE.contains(counts));
-        match counts {
+        match counts_per_revolution(found) {
             Some(counts) => row.with(Verdict::WorksWith, Remedy::CountsPerRevolution(counts)),
             None => self.to_write(row, &objects::ENCODER_INCREMENTS, wanted),
         }
@@ -184,6 +192,11 @@ impl Planner<'_> {
             _ => self.to_write(row, &objects::POLARITY, 0),
         }
     }
+}
+
+/// A number of counts that a robot file can state.
+fn counts_per_revolution(number: i64) -> Option<u32> {
+    u32::try_from(number).ok().filter(|counts| CountsPerRevolution::RANGE.contains(counts))
 }
 
 /// A ratio of two objects.

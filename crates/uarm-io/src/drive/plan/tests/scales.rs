@@ -32,6 +32,20 @@ fn a_resolution_is_a_ratio() {
     assert_eq!(written(&plan)[0], "608F:1 = 83CB", "the robot file's objects come first");
 }
 
+/// 24576 counts in 3 revolutions are 8192 in one.
+#[test]
+fn a_resolution_of_several_revolutions_is_stated_for_one() {
+    let remedy = |dictionary| finding(&planned(dictionary, &wishes()), Question::Resolution).remedy;
+    let fixed = drive().ro(0x608F, 1, 24_576).ro(0x608F, 2, 3);
+    assert_eq!(remedy(fixed.clone()), Remedy::CountsPerRevolution(8192));
+    let stated = DriveConfiguration { counts_per_revolution: 8192, ..wishes() };
+    assert_eq!(planned(fixed, &stated).verdict(), Verdict::Works);
+    let one = Setting::of(&objects::ENCODER_REVOLUTIONS, Value::Unsigned32(1));
+    assert_eq!(remedy(drive().rw(0x608F, 1, 24_576).rw(0x608F, 2, 3)), Remedy::Write(one));
+    let no_whole_number = drive().ro(0x608F, 1, 24_577).ro(0x608F, 2, 3);
+    assert_eq!(finding(&planned(no_whole_number, &wishes()), Question::Resolution).verdict, Verdict::Cannot);
+}
+
 #[test]
 fn a_makers_own_object_can_hold_the_resolution() {
     let address = Address::new(0x3010, 4);
