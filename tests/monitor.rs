@@ -159,7 +159,7 @@ fn what_is_no_log_is_named() {
 }
 
 /// A finished run in virtual time, as the monitor knows it.
-fn finished(folder: &Path, arguments: &[&str]) -> Source {
+fn finished(folder: &Path, arguments: &[&str]) -> Source<3, 2> {
     uarm(folder, &[&["run", "--virtual-time", "--log", "run.mcap"], arguments].concat());
     let mut source = Source::open(&folder.join("run.mcap")).unwrap();
     source.catch_up().unwrap();
@@ -170,7 +170,7 @@ fn finished(folder: &Path, arguments: &[&str]) -> Source {
 fn the_view_shows_what_was_recorded() {
     let source = finished(&folder("view"), &["--controller", "fuzzy"]);
     let mut terminal = Terminal::new(TestBackend::new(140, 50)).unwrap();
-    terminal.draw(|frame| frame.render_widget(View(&source.state), frame.area())).unwrap();
+    terminal.draw(|frame| frame.render_widget(&View::of(&source.state), frame.area())).unwrap();
     let screen = terminal.backend().to_string();
     let last = source.state.last().unwrap();
     for part in [
@@ -198,7 +198,7 @@ fn a_fault_is_what_the_view_says_first() {
     let source = finished(&folder, &["--robot", path.to_str().unwrap()]);
     let cause = source.state.fault.as_ref().unwrap().cause.clone();
     let mut buffer = Buffer::empty(Rect::new(0, 0, 160, 50));
-    View(&source.state).render(buffer.area, &mut buffer);
+    (&View::of(&source.state)).render(buffer.area, &mut buffer);
     let screen = uarm::inspection::plain_text::of(&buffer);
     let first = screen.lines().nth(1).unwrap();
     assert!(first.contains("FAULT: ") && first.contains(&cause), "{cause}:\n{screen}");
@@ -209,7 +209,7 @@ fn no_terminal_is_too_small() {
     let source = finished(&folder("small"), &[]);
     for (width, height) in [(0, 0), (1, 1), (5, 3), (20, 10), (80, 24), (79, 37), (300, 100)] {
         let mut buffer = Buffer::empty(Rect::new(0, 0, width, height));
-        View(&source.state).render(buffer.area, &mut buffer);
+        (&View::of(&source.state)).render(buffer.area, &mut buffer);
         let screen = uarm::inspection::plain_text::of(&buffer);
         assert_eq!(screen.lines().count(), usize::from(height));
         assert_eq!(height >= 10, screen.contains("Joints"), "what matters most has room first:\n{screen}");

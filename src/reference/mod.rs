@@ -20,42 +20,31 @@ use std::path::Path;
 use anyhow::Context;
 use uarm_io::monotonic::MonotonicClock;
 use uarm_io::socketcan_link::{InterfaceName, Reception, SocketCanLink};
-use uarm_loop::robot::Protocol;
+use uarm_loop::robot::{Bus, Joint, Protocol};
 
 use crate::robot::Robot;
-use crate::robot::file::{Encoder, ReferenceKind};
+use crate::robot::file::{self, Encoder, ReferenceKind};
 use crate::sdo_access;
 use drive::{Shown, show};
 use store::References;
 use verify::verify;
 
-/// The joints of `robot` whose angles are unknown after power-up, by index.
-pub fn incremental_joints<const J: usize, const N: usize>(robot: &Robot<J, N>) -> Vec<usize> {
+/// Those of `joints` whose angles are unknown after power-up, by index.
+pub fn incremental_joints(joints: &[file::Joint]) -> Vec<usize> {
     let is_incremental = |encoder: &Encoder| encoder.reference == ReferenceKind::Incremental;
-    robot
-        .file
-        .joints
-        .iter()
-        .enumerate()
-        .filter(|(_, joint)| is_incremental(&joint.encoder))
-        .map(|(index, _)| index)
-        .collect()
+    joints.iter().enumerate().filter(|(_, joint)| is_incremental(&joint.encoder)).map(|(index, _)| index).collect()
 }
 
-/// A link that hears the SDO answers and heartbeats of `robot`'s drives, for a [`show`] of each.
+/// A link that hears the SDO answers and heartbeats of the drives of `joints` on `bus`, for a [`show`] of each.
 ///
 /// # Errors
 /// If the interface cannot be used, or the drives do not speak CANopen.
-pub fn link<const J: usize, const N: usize>(
-    robot: &Robot<J, N>,
-    interface: InterfaceName,
-) -> anyhow::Result<SocketCanLink> {
+pub fn link(bus: &Bus, joints: &[Joint], interface: InterfaceName) -> anyhow::Result<SocketCanLink> {
     anyhow::ensure!(
-        robot.description.bus.protocol == Protocol::Canopen,
+        bus.protocol == Protocol::Canopen,
         "encoder.reference = \"incremental\" needs drives that speak CANopen"
     );
-    let joints = robot.description.joints.iter();
-    let identifiers: Vec<_> = joints.flat_map(|joint| sdo_access::identifiers(joint.node)).collect();
+    let identifiers: Vec<_> = joints.iter().flat_map(|joint| sdo_access::identifiers(joint.node)).collect();
     Ok(SocketCanLink::open(interface, Reception::Exactly(&identifiers))?)
 }
 
@@ -70,12 +59,12 @@ pub fn apply<const J: usize, const N: usize>(
     file: Option<&Path>,
     interface: InterfaceName,
 ) -> anyhow::Result<(Robot<J, N>, Vec<String>)> {
-    let joints = incremental_joints(&robot);
+    let joints = incremental_joints(&robot.file.joints);
     let (Some(file), false) = (file, joints.is_empty()) else { return Ok((robot, Vec::new())) };
     let how =
         || format!("set it with `uarm drive reference --robot {} --can {interface} --angles ...`", file.display());
     let stored = References::read_beside(file)?.with_context(|| format!("the robot is not referenced: {}", how()))?;
-    let mut link = link(&robot, interface)?;
+    let mut link = link(&robot.description.bus, &robot.description.joints, interface)?;
     let mut shown = Vec::new();
     for joint in joints {
         let found =

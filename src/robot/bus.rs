@@ -1,8 +1,9 @@
 //! The bus: checked.
 
-use uarm_io::bus_time::{BitRate, BusTime};
+use uarm_io::bus_time::{BitRate, BusTime, BusTimeError};
 use uarm_io::drive::network::{LISTEN, Timeouts};
 use uarm_io::drive::pdo_objects::PdoKind;
+use uarm_io::drive::plan::interpolation_times;
 use uarm_io::time::Duration;
 use uarm_loop::period::Period;
 use uarm_loop::robot::{Bus, Joint, Protocol};
@@ -29,12 +30,19 @@ pub(super) fn check(
     }
     let bit_rate = BitRate::new(bus.bitrate_hz)
         .map_err(|error| check.refuse("bus.bitrate_hz", bus.bitrate_hz, error.to_string()))?;
-    let time = match protocol {
-        Protocol::Canopen => BusTime::of_cycle_with(joints.len(), &other_frames(joints), bit_rate, period.duration()),
-        Protocol::Odrive(positions) => BusTime::of_odrive_cycle(joints.len(), positions, bit_rate, period.duration()),
+    let others = other_frames(joints);
+    let time_in = |period| match protocol {
+        Protocol::Canopen => BusTime::of_cycle_with(joints.len(), &others, bit_rate, period),
+        Protocol::Odrive(positions) => BusTime::of_odrive_cycle(joints.len(), positions, bit_rate, period),
     };
-    let time =
-        time.map_err(|error| check.refuse("control.period_us", period.duration().as_micros(), error.to_string()))?;
+    let time = time_in(period.duration()).map_err(|error| {
+        let can_be_told = |period| protocol != Protocol::Canopen || interpolation_times(period).next().is_some();
+        let expected = match shortest_from(period.duration(), time_in, can_be_told) {
+            Some(shortest) => format!("at least {}: {error}", shortest.as_micros()),
+            None => format!("a faster bus, since no period is long enough: {error}"),
+        };
+        check.refuse("control.period_us", period.duration().as_micros(), expected)
+    })?;
     let milliseconds = |field: &str, value: u16, least: Duration, why: &str| {
         let duration = Duration::from_millis(value.into());
         if duration >= least {
@@ -107,6 +115,27 @@ pub(super) fn check(
         emergency_reaction: bus.emergency.unwrap_or_default(),
         ignored_target_reaction: bus.target_ignored.unwrap_or_default(),
     })
+}
+
+/// The shortest period from `period` on, in whole microseconds, whose frames fit into it by `time_in`, and that drives `can_be_told`;
+/// `None` if there is none. Some drives send the more frames the longer it is.
+fn shortest_from(
+    mut period: Duration,
+    time_in: impl Fn(Duration) -> Result<BusTime, BusTimeError>,
+    can_be_told: impl Fn(Duration) -> bool,
+) -> Option<Duration> {
+    const STEP: Duration = Duration::from_micros(1);
+    while period <= Period::LONGEST {
+        match time_in(period) {
+            Ok(_) if can_be_told(period) => return Some(period),
+            Ok(_) => period += STEP,
+            Err(BusTimeError::DoesNotFit { needed, .. }) => {
+                period = Duration::from_micros(u64::try_from(needed.as_nanos().div_ceil(STEP.as_nanos())).ok()?);
+            }
+            Err(_) => return None,
+        }
+    }
+    None
 }
 
 fn attempts(bus: &file::Bus, check: &Checker<'_>) -> Result<Option<u8>, RobotError> {

@@ -103,6 +103,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::robot::on_bus::JointsOnBus;
     use crate::robot::overrides::Overrides;
     use crate::robot::{BUILT_IN, Robot};
 
@@ -113,7 +114,7 @@ mod tests {
         let keys = format!("{PLAIN}, reference = \"{kind}\", referenced_bit = 15, homing = {{ {homing} }}");
         let text = BUILT_IN.replace(PLAIN, &keys);
         let robot = Robot::parse(Path::new("test.toml"), &text, &Overrides::default());
-        robot.map(|robot| robot.homing(1).unwrap()).map_err(|error| error.to_string())
+        robot.map(|robot| JointsOnBus::of(&robot).homing(1).unwrap()).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -128,7 +129,7 @@ mod tests {
         let homing = parse("incremental", &more).unwrap().unwrap();
         assert_eq!((homing.wish.acceleration, homing.wish.offset), (Some(50), 7));
         assert_eq!((homing.counts_at_home, homing.timeout), (-7, Duration::from_secs(5)));
-        assert_eq!(Robot::load(None).unwrap().homing(1).unwrap(), None);
+        assert_eq!(JointsOnBus::of(&Robot::load(None).unwrap()).homing(1).unwrap(), None);
     }
 
     #[test]

@@ -10,6 +10,7 @@
 //! | [`arm`] | what the loop and its checks ask of an arm |
 //! | [`model`] | what the controllers believe the arm to be |
 //! | `names` | what robot and joints are called |
+//! | [`on_bus`] | a robot's joints and their bus, whatever its arm is |
 //! | [`shape`] | how many joints there are |
 //! | `text` | the text of a file, or the built-in one |
 //! | `task` | the motion |
@@ -39,6 +40,7 @@ mod joint;
 mod known_fields;
 pub mod model;
 mod names;
+pub mod on_bus;
 pub mod overrides;
 pub mod profile;
 mod protocol;
@@ -166,15 +168,6 @@ impl<const J: usize, const N: usize> Robot<J, N> {
         let task = &robot.description.task.reference;
         demand::check(&robot.description, robot.arm.as_ref(), task, demand::TASK, &check)?;
         Ok(robot)
-    }
-
-    /// How the drive of a joint, counted from 0, finds its home position by itself; `None` if the file does not say.
-    ///
-    /// # Errors
-    /// As [`Robot::load`], if the file was changed since it was checked.
-    pub fn homing(&self, joint: usize) -> Result<Option<homing::Homing>, RobotError> {
-        let check = Checker::new(Path::new(BUILT_IN_NAME));
-        self.file.joints.get(joint).map_or(Ok(None), |of_file| homing::check(joint, of_file, &check))
     }
 
     /// Checks a robot file as written; `name` and `text` say where it came from.

@@ -56,6 +56,11 @@ impl Shape {
     /// The paper's robot.
     pub const PAPER: Self = Self { active: 2, base: BaseSensor::Encoder };
 
+    /// That of `J` joints, of which `N` are active.
+    pub const fn of_joints<const J: usize, const N: usize>() -> Self {
+        Self { active: N, base: if J > N { BaseSensor::Encoder } else { BaseSensor::None } }
+    }
+
     /// The shape of the robot whose file `name` has this `text`.
     ///
     /// # Errors

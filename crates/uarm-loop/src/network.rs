@@ -2,8 +2,9 @@
 
 use uarm_io::drive::network::{ConfigurationError, NetworkConfiguration};
 use uarm_io::drive::wishes::{DriveConfiguration, HeartbeatError, Heartbeats};
+use uarm_io::time::Duration;
 
-use crate::robot::{Joint, Robot};
+use crate::robot::{Bus, Joint, Robot};
 
 /// Why a robot's drives cannot be described to the master.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -22,7 +23,8 @@ impl<const J: usize, const N: usize> Robot<J, N> {
     /// # Errors
     /// [`NetworkError`] if the drives' objects cannot hold what the description says.
     pub fn network_configuration(&self) -> Result<NetworkConfiguration<J>, NetworkError> {
-        self.configuration_of(self.joints.each_ref().map(|joint| joint.drive.clone()))
+        let drives = self.joints.each_ref().map(|joint| joint.drive.clone());
+        self.bus.network_configuration(drives, self.period.duration())
     }
 
     /// The master's configuration for the drive of one joint alone.
@@ -30,23 +32,33 @@ impl<const J: usize, const N: usize> Robot<J, N> {
     /// # Errors
     /// As [`Robot::network_configuration`].
     pub fn network_configuration_of(&self, joint: &Joint) -> Result<NetworkConfiguration<1>, NetworkError> {
-        self.configuration_of([joint.drive.clone()])
+        self.bus.network_configuration([joint.drive.clone()], self.period.duration())
     }
+}
 
-    fn configuration_of<const K: usize>(
+impl Bus {
+    /// The configuration of a master of these drives, in cycles of `period`.
+    ///
+    /// # Errors
+    /// As [`Robot::network_configuration`].
+    pub fn network_configuration<const K: usize>(
         &self,
         drives: [DriveConfiguration; K],
+        period: Duration,
     ) -> Result<NetworkConfiguration<K>, NetworkError> {
-        let mut configuration = NetworkConfiguration::new(drives, self.period.duration())?;
-        let bus = &self.bus;
-        configuration.heartbeats =
-            Heartbeats::new(bus.drive_heartbeat, bus.drive_timeout, bus.controller_heartbeat, bus.controller_timeout)
-                .map_err(NetworkError::Heartbeats)?;
-        configuration.listen = bus.listen;
-        configuration.timeouts = bus.timeouts;
-        configuration.sync_counter = bus.sync_counter;
-        configuration.emergency_reaction = bus.emergency_reaction;
-        configuration.ignored_target_reaction = bus.ignored_target_reaction;
+        let mut configuration = NetworkConfiguration::new(drives, period)?;
+        configuration.heartbeats = Heartbeats::new(
+            self.drive_heartbeat,
+            self.drive_timeout,
+            self.controller_heartbeat,
+            self.controller_timeout,
+        )
+        .map_err(NetworkError::Heartbeats)?;
+        configuration.listen = self.listen;
+        configuration.timeouts = self.timeouts;
+        configuration.sync_counter = self.sync_counter;
+        configuration.emergency_reaction = self.emergency_reaction;
+        configuration.ignored_target_reaction = self.ignored_target_reaction;
         Ok(configuration)
     }
 }

@@ -15,7 +15,7 @@ use uarm_io::probe::{CanWish, Machine, WakeupReport, measure_wakeups};
 use uarm_io::realtime::{Priority, Processor, RealtimePolicy, RealtimeSettings};
 use uarm_io::socketcan_link::InterfaceName;
 
-use crate::robot::Robot;
+use crate::robot::on_bus::JointsOnBus;
 use crate::{console, options};
 use examination::Examination;
 
@@ -66,13 +66,13 @@ pub struct Arguments {
 /// If wake-ups cannot be measured as asked, or nothing can be printed.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let machine = Machine::this();
-    let robot = arguments.robot.as_deref().map(|file| Robot::load(Some(file))).transpose()?;
-    let rate_of_robot = robot.as_ref().map(|robot| robot.description.bus.bit_rate.bits_per_second());
+    let robot = arguments.robot.as_deref().map(JointsOnBus::load).transpose()?;
+    let rate_of_robot = robot.as_ref().map(|robot| robot.bus.bit_rate.bits_per_second());
     let wish = CanWish { interface: arguments.can, bit_rate: arguments.bit_rate.or(rate_of_robot) };
-    let period = arguments.period.or(robot.as_ref().map(|robot| robot.description.period.duration()));
+    let period = arguments.period.or(robot.as_ref().map(|robot| robot.period));
     // The facts come first: measuring locks memory and holds processors awake, which must not be mistaken for the machine's own.
     let (realtime, can) = (machine.realtime_findings(), machine.can_findings(&wish));
-    let robot = robot.map_or_else(Vec::new, |robot| robot::findings(&robot.description, arguments.can));
+    let robot = robot.map_or_else(Vec::new, |robot| robot::findings(&robot, arguments.can));
     let wakeups = wakeups(arguments, period.unwrap_or(DEFAULT_PERIOD))?;
     let examination = Examination::new(realtime, can, robot, wakeups);
 

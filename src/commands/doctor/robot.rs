@@ -9,13 +9,13 @@ use uarm_io::socketcan_link::{InterfaceName, Reception, SocketCanLink};
 use uarm_io::time::Clock;
 
 use crate::bus_observation::BusObservation;
-use crate::dimensions::LoopRobot;
+use crate::robot::on_bus::JointsOnBus;
 
 /// How long the bus is listened to: drives send heartbeats several times a second, if at all.
 const LISTENING: Duration = Duration::from_secs(1);
 
 /// What `robot` asks of the bus; with an interface also who of it is heard there. Nothing is sent.
-pub(super) fn findings(robot: &LoopRobot, interface: Option<InterfaceName>) -> Vec<Finding> {
+pub(super) fn findings(robot: &JointsOnBus, interface: Option<InterfaceName>) -> Vec<Finding> {
     let mut findings = vec![bus_time(robot)];
     if let Some(interface) = interface {
         match SocketCanLink::open(interface, Reception::Everything) {
@@ -52,8 +52,8 @@ fn not_looked(name: &str, why: &str) -> Finding {
 }
 
 /// A robot file whose cycle does not fit is refused when it is read.
-fn bus_time(robot: &LoopRobot) -> Finding {
-    let (bus, period) = (&robot.bus, robot.period.duration());
+fn bus_time(robot: &JointsOnBus) -> Finding {
+    let (bus, period) = (&robot.bus, robot.period);
     let found = format!(
         "{:.0} us of each {period:?} at {} bit/s ({:.0} %)",
         bus.time.cyclic.as_secs_f64() * 1e6,
@@ -92,12 +92,12 @@ fn master(heard: &BusObservation) -> Finding {
     }
 }
 
-fn nodes(robot: &LoopRobot, heard: &BusObservation, interface: &str) -> Finding {
+fn nodes(robot: &JointsOnBus, heard: &BusObservation, interface: &str) -> Finding {
     let present: Vec<u8> = heard.present().map(|(node, _)| node).collect();
     let list = |nodes: Vec<u8>| nodes.iter().map(u8::to_string).collect::<Vec<_>>().join(" ");
     let silent: Vec<u8> = robot.nodes().into_iter().filter(|node| !present.contains(node)).collect();
     let found = if present.is_empty() { "none heard".to_owned() } else { format!("heard {}", list(present)) };
-    let finding = finding("node ids", found, format!("{} of the robot file", list(robot.nodes().to_vec())));
+    let finding = finding("node ids", found, format!("{} of the robot file", list(robot.nodes())));
     if silent.is_empty() {
         return finding;
     }
@@ -129,14 +129,14 @@ mod tests {
     /// 695 us of 3 ms at 1 Mbit/s: docs/wire.md, section 4.
     #[test]
     fn the_bus_time_is_the_robots() {
-        let robot = Robot::load(None).unwrap().description;
+        let robot = JointsOnBus::of(&Robot::load(None).unwrap());
         assert_eq!(findings(&robot, None).len(), 1);
         assert_eq!(bus_time(&robot).found, "695 us of each 3ms at 1000000 bit/s (23 %)");
     }
 
     #[test]
     fn nodes_of_the_file_that_are_not_heard_are_named() {
-        let robot = Robot::load(None).unwrap().description;
+        let robot = JointsOnBus::of(&Robot::load(None).unwrap());
         let all = nodes(&robot, &heard(&[0x701, 0x702, 0x703]), "can0");
         assert_eq!((all.verdict, all.found.as_str()), (Verdict::Good, "heard 1 2 3"));
         let one = nodes(&robot, &heard(&[0x702, 0x70A]), "can0");
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn a_bus_that_nobody_could_listen_to_is_not_called_silent() {
-        let robot = Robot::load(None).unwrap().description;
+        let robot = JointsOnBus::of(&Robot::load(None).unwrap());
         let findings = findings(&robot, Some("nosuchcan9".parse().unwrap()));
         for (finding, name) in findings[1..].iter().zip(["other masters", "node ids"]) {
             assert_eq!((finding.name.as_str(), finding.verdict), (name, Verdict::Warning));

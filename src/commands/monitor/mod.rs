@@ -10,15 +10,15 @@ use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 
 use crate::console;
-use crate::dimensions::OrderedLog;
 use crate::exit::Exit;
-use crate::robot::shape::Shape;
+use crate::robot::shape::{Shape, for_shape};
 use crate::signals;
 use snapshot::Snapshot;
 use source::Source;
+use uarm_loop::stop_request::StopRequest;
 
 /// Arguments of `uarm monitor`.
 #[derive(Debug, clap::Args)]
@@ -46,20 +46,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Refuses the log of another robot than the paper's. One that has only begun does not say yet.
-fn refuse_other_robots(path: &Path) -> anyhow::Result<()> {
-    let Ok(run) = OrderedLog::<3, 2>::new(path).run() else { return Ok(()) };
-    match Shape::of(path, &run.robot.toml) {
-        Ok(found) if found != Shape::PAPER => {
-            bail!(
-                "{}: a run of {found}, expected one of a passive base and 2 active joints: `uarm show` shows it",
-                path.display()
-            )
-        }
-        _ => Ok(()),
-    }
-}
-
 /// Shows a log while it grows, or prints what it has told so far.
 ///
 /// # Errors
@@ -69,17 +55,40 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let Some(path) = source::find(arguments.file.as_deref(), arguments.wait, &stop)? else {
         return Ok(Exit::Ok.into());
     };
-    refuse_other_robots(&path)?;
-    let mut source = Source::open(&path)?;
+    // A log that has only begun does not say of which robot it is.
+    let mut shape = Shape::PAPER;
+    loop {
+        match for_shape!(shape, follow(arguments, &path, &stop))? {
+            Followed::ToItsEnd(exit) => return Ok(exit.into()),
+            Followed::OfAnother(found) => shape = found,
+        }
+    }
+}
+
+/// How following a log as one of a robot of so many joints went.
+enum Followed {
+    /// All that was asked for was shown.
+    ToItsEnd(Exit),
+    /// It is of a robot of another shape.
+    OfAnother(Shape),
+}
+
+fn follow<const J: usize, const N: usize>(
+    arguments: &Arguments,
+    path: &Path,
+    stop: &StopRequest,
+) -> anyhow::Result<Followed> {
+    let mut source = Source::<J, N>::open(path)?;
+    source.catch_up()?;
+    if let Some(found) = source.other_shape() {
+        return Ok(Followed::OfAnother(found));
+    }
     if arguments.json {
-        source.catch_up()?;
         console::print_json(&Snapshot::of(&source.state))?;
     } else if arguments.once || !io::stdout().is_terminal() {
-        source.catch_up()?;
         console::output().write_all(view::plain(&source.state).as_bytes())?;
-    } else {
-        terminal::show(&mut source, &stop)?;
+    } else if let Some(found) = terminal::show(&mut source, stop)? {
+        return Ok(Followed::OfAnother(found));
     }
-    let exit = if source.state.damage.is_empty() { Exit::Ok } else { Exit::Loss };
-    Ok(exit.into())
+    Ok(Followed::ToItsEnd(if source.state.damage.is_empty() { Exit::Ok } else { Exit::Loss }))
 }

@@ -9,6 +9,7 @@ use crate::dimensions::CycleRecord;
 use uarm_log::cycle::state_in_words;
 use uarm_log::description::ClockKind;
 use uarm_log::proto;
+use uarm_loop::dimensions;
 use uarm_loop::timing::{CycleInstants, TimingSummary};
 
 /// What is known now.
@@ -105,7 +106,7 @@ pub struct Latencies {
 
 impl<'a> Snapshot<'a> {
     /// The snapshot of a state.
-    pub fn of(state: &'a State) -> Self {
+    pub fn of<const J: usize, const N: usize>(state: &'a State<J, N>) -> Self {
         let (life, told) = words(&state.life());
         let run = state.run.as_ref();
         Self {
@@ -142,7 +143,7 @@ fn words(life: &Life) -> (&'static str, String) {
 }
 
 impl<'a> Cycle<'a> {
-    fn of(names: &'a [String], record: &CycleRecord) -> Self {
+    fn of<const J: usize, const N: usize>(names: &'a [String], record: &CycleRecord<J, N>) -> Self {
         let joints = names.iter().enumerate();
         Self {
             tick: record.tick,
@@ -154,10 +155,10 @@ impl<'a> Cycle<'a> {
 }
 
 impl<'a> JointRow<'a> {
-    fn of(name: &'a str, record: &CycleRecord, joint: usize) -> Self {
+    fn of<const J: usize, const N: usize>(name: &'a str, record: &CycleRecord<J, N>, joint: usize) -> Self {
         let error = record.tracking_error().position;
-        // The base, joint 1, has neither a reference nor a torque.
-        let active = joint.checked_sub(1).map(|active| ActiveJoint {
+        // A base with an encoder has neither a reference nor a torque.
+        let active = joint.checked_sub(dimensions::passive::<J, N>()).map(|active| ActiveJoint {
             reference_deg: record.reference_position[active].to_degrees(),
             error_deg: error[active].to_degrees(),
             torque_requested_nm: record.torque_requested[active],

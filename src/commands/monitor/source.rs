@@ -7,8 +7,8 @@ use std::time::{Duration, SystemTime};
 use anyhow::{Context, ensure};
 
 use super::state::State;
-use crate::dimensions::{ACTIVE, JOINTS};
 use crate::log_files::newest;
+use crate::robot::shape::Shape;
 use uarm_log::follow::{Follower, Growth};
 use uarm_loop::stop_request::StopRequest;
 
@@ -16,11 +16,11 @@ use uarm_loop::stop_request::StopRequest;
 const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A log and what it has told so far.
-pub struct Source {
+pub struct Source<const J: usize, const N: usize> {
     /// What it has told.
-    pub state: State,
+    pub state: State<J, N>,
     path: PathBuf,
-    follower: Follower<JOINTS, ACTIVE>,
+    follower: Follower<J, N>,
 }
 
 /// The log that is meant: `file`, or the newest; with `wait` it may still be to come, and without a file is then one that
@@ -46,7 +46,7 @@ pub fn find(file: Option<&Path>, wait: bool, stop: &StopRequest) -> anyhow::Resu
     Ok(None)
 }
 
-impl Source {
+impl<const J: usize, const N: usize> Source<J, N> {
     /// Opens a log.
     ///
     /// # Errors
@@ -54,6 +54,11 @@ impl Source {
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         let follower = Follower::open(path).with_context(|| path.display().to_string())?;
         Ok(Self { state: State::new(path), path: path.to_owned(), follower })
+    }
+
+    /// The shape of the robot in the log, if that is known and another one.
+    pub fn other_shape(&self) -> Option<Shape> {
+        self.state.shape.filter(|shape| *shape != Shape::of_joints::<J, N>())
     }
 
     /// Takes in what has come since the last call.

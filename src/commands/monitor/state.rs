@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::dimensions::CycleRecord;
-use crate::dimensions::{Item, JOINTS};
+use crate::dimensions::Item;
 use crate::robot::Robot;
+use crate::robot::shape::Shape;
 use uarm_log::decoder::LoggedNote;
 use uarm_log::description::{Fields, RunDescription};
 use uarm_log::follow::Growth;
@@ -24,7 +25,7 @@ const SILENCE: Duration = Duration::from_secs(2);
 
 /// All that is known.
 #[derive(Debug)]
-pub struct State {
+pub struct State<const J: usize, const N: usize> {
     /// The log.
     pub file: PathBuf,
     /// Whether it may still grow.
@@ -33,8 +34,10 @@ pub struct State {
     pub silent_for: Duration,
     /// What is run.
     pub run: Option<RunDescription>,
+    /// The shape of its robot, if the program knows it.
+    pub shape: Option<Shape>,
     /// The names of the joints.
-    pub joint_names: [String; JOINTS],
+    pub joint_names: [String; J],
     /// When the first cycle was due, on the file's axis.
     pub begin: Option<u64>,
     /// Cycles in which the limiter cut a torque.
@@ -52,7 +55,7 @@ pub struct State {
     /// What could not be read, the last of it.
     pub damage: Vec<String>,
     timing: Option<TimingRecorder>,
-    cycles: Vec<CycleRecord>,
+    cycles: Vec<CycleRecord<J, N>>,
 }
 
 /// How the run is.
@@ -72,7 +75,7 @@ pub enum Life {
     Unreadable,
 }
 
-impl State {
+impl<const J: usize, const N: usize> State<J, N> {
     /// Nothing is known of this log.
     pub fn new(file: &Path) -> Self {
         Self {
@@ -80,7 +83,8 @@ impl State {
             growth: Growth::Open,
             silent_for: Duration::ZERO,
             run: None,
-            joint_names: Default::default(),
+            shape: None,
+            joint_names: [const { String::new() }; J],
             begin: None,
             limited_cycles: 0,
             health: None,
@@ -95,12 +99,13 @@ impl State {
     }
 
     /// Takes in what the log tells.
-    pub fn take(&mut self, item: Item) {
+    pub fn take(&mut self, item: Item<J, N>) {
         match item {
             Item::Run(run) => {
                 // The next part of a run repeats what is run.
                 self.timing.get_or_insert_with(|| TimingRecorder::new(run.period.duration()));
-                self.joint_names = joint_names(&self.file, &run);
+                self.shape = Shape::of(&self.file, &run.robot.toml).ok();
+                self.joint_names = joint_names::<J, N>(&self.file, &run);
                 self.run = Some(*run);
             }
             Item::Cycle(record) => self.cycle(&record),
@@ -115,7 +120,7 @@ impl State {
         }
     }
 
-    fn cycle(&mut self, record: &CycleRecord) {
+    fn cycle(&mut self, record: &CycleRecord<J, N>) {
         if let Some(previous) = self.cycles.last().filter(|previous| is_gap(previous, record)) {
             let what = format!("cycles between tick {} and tick {} are not in the log", previous.tick, record.tick);
             keep(&mut self.damage, what, MOST_DAMAGES);
@@ -141,12 +146,12 @@ impl State {
     }
 
     /// The last cycles, of [`HISTORY`].
-    pub fn recent(&self) -> &[CycleRecord] {
+    pub fn recent(&self) -> &[CycleRecord<J, N>] {
         self.cycles.get(self.first_recent()..).unwrap_or_default()
     }
 
     /// The last cycle.
-    pub fn last(&self) -> Option<&CycleRecord> {
+    pub fn last(&self) -> Option<&CycleRecord<J, N>> {
         self.cycles.last()
     }
 
@@ -177,8 +182,8 @@ fn keep<V>(kept: &mut Vec<V>, value: V, most: usize) {
 }
 
 /// The names of the joints, as far as the robot in the log can be read.
-fn joint_names(file: &Path, run: &RunDescription) -> [String; JOINTS] {
-    match Robot::<3, 2>::from_log(file, &run.robot) {
+fn joint_names<const J: usize, const N: usize>(file: &Path, run: &RunDescription) -> [String; J] {
+    match Robot::<J, N>::from_log(file, &run.robot) {
         Ok(robot) => robot.description.joints.map(|joint| joint.name),
         Err(_) => std::array::from_fn(|index| format!("joint {}", index + 1)),
     }
@@ -190,7 +195,7 @@ mod tests {
 
     #[test]
     fn a_long_run_needs_no_more_room_than_its_history() {
-        let mut state = State::new(Path::new("run.mcap"));
+        let mut state = State::<3, 2>::new(Path::new("run.mcap"));
         for tick in 0..100_000_u32 {
             let cycle = CycleRecord {
                 tick: tick.into(),
@@ -208,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_gap_is_told() {
-        let mut state = State::new(Path::new("run.mcap"));
+        let mut state = State::<3, 2>::new(Path::new("run.mcap"));
         for tick in [1, 2, 7] {
             state.take(Item::Cycle(Box::new(CycleRecord { tick, elapsed_ticks: 1, ..CycleRecord::default() })));
         }

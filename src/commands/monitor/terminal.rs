@@ -8,6 +8,7 @@ use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, Ke
 
 use super::source::Source;
 use super::view::View;
+use crate::robot::shape::Shape;
 use uarm_loop::stop_request::StopRequest;
 
 /// How long the view waits for a key before it looks at the log again: the log grows four times a second.
@@ -22,23 +23,28 @@ impl Drop for Restore {
     }
 }
 
-/// Shows a log until somebody quits.
+/// Shows a log until somebody quits, or it turns out to be one of a robot of another shape, which is returned then.
 ///
 /// # Errors
 /// If the terminal or the log fails.
-pub fn show(source: &mut Source, stop: &StopRequest) -> anyhow::Result<()> {
-    // What is no log is told before the screen is taken.
-    source.catch_up()?;
+pub fn show<const J: usize, const N: usize>(
+    source: &mut Source<J, N>,
+    stop: &StopRequest,
+) -> anyhow::Result<Option<Shape>> {
     let mut terminal = ratatui::try_init().context("the terminal")?;
     let _restore = Restore;
     while !stop.is_made() {
         source.catch_up()?;
-        terminal.draw(|frame| frame.render_widget(View(&source.state), frame.area())).context("the terminal")?;
+        if let Some(found) = source.other_shape() {
+            return Ok(Some(found));
+        }
+        let view = View::of(&source.state);
+        terminal.draw(|frame| frame.render_widget(&view, frame.area())).context("the terminal")?;
         if is_quit_asked_for().context("the keys")? {
             break;
         }
     }
-    Ok(())
+    Ok(None)
 }
 
 /// Whether a key was pressed that quits; waits for one a little.

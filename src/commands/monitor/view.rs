@@ -12,12 +12,14 @@ use crate::inspection::chart::PanelChart;
 use crate::inspection::panels::Plot;
 use crate::inspection::{health, plain_text};
 use crate::report::latency_table;
+use uarm_log::decoder::LoggedNote;
 use uarm_log::description::ClockKind;
 use uarm_log::time_axis::seconds_between;
 use uarm_loop::recording::Severity;
+use uarm_plot::sheet::Panel;
 
-/// Lines of a view as plain text: room for all parts.
-const PLAIN_LINES: u16 = 52;
+/// Lines of a view as plain text, beside those of the joints: room for all other parts.
+const PLAIN_LINES: u16 = 49;
 /// Lines of a part's frame.
 const FRAME: u16 = 2;
 /// The fewest lines of a plot in which a curve can be told from its axes.
@@ -29,14 +31,27 @@ const TIMING_COLUMNS: u16 = 70;
 /// What the last line says.
 const FOOTER: &str = " q, Esc or Ctrl-C: quit     the view lags behind by up to a quarter of a second";
 
-/// The live view.
-#[derive(Clone, Copy, Debug)]
-pub struct View<'a>(pub &'a State);
+/// The live view: what its parts show, whatever the joints of the robot are.
+#[derive(Debug)]
+pub struct View<'a> {
+    snapshot: Snapshot<'a>,
+    life: Life,
+    /// How many there are.
+    joints: u16,
+    timing: Vec<String>,
+    bus: Vec<String>,
+    notes: &'a [LoggedNote],
+    begin: Option<u64>,
+    tracking_error: Panel,
+    torque: Panel,
+    latencies: Panel,
+}
 
 /// The view as plain text.
-pub fn plain(state: &State) -> String {
-    let mut buffer = Buffer::empty(Rect::new(0, 0, plain_text::columns(), PLAIN_LINES));
-    View(state).render(buffer.area, &mut buffer);
+pub fn plain<const J: usize, const N: usize>(state: &State<J, N>) -> String {
+    let view = View::of(state);
+    let mut buffer = Buffer::empty(Rect::new(0, 0, plain_text::columns(), PLAIN_LINES + view.joints));
+    view.render(buffer.area, &mut buffer);
     plain_text::of(&buffer)
 }
 
@@ -58,43 +73,44 @@ const BY_IMPORTANCE: [Part; 7] =
 const FROM_ABOVE: [Part; 7] =
     [Part::Head, Part::Joints, Part::Plots, Part::Timing, Part::Bus, Part::Notes, Part::Footer];
 
-impl Widget for View<'_> {
+impl Widget for &View<'_> {
     fn render(self, area: Rect, buffer: &mut Buffer) {
-        let Self(state) = self;
-        let content = Content::of(state);
-        let shown = content.fitting(area.height);
+        let shown = self.fitting(area.height);
         let heights = shown.iter().map(|part| match part {
             Part::Plots => Constraint::Min(PLOT_LINES),
-            part => Constraint::Length(content.height(*part)),
+            part => Constraint::Length(self.height(*part)),
         });
         let areas = Layout::vertical(heights).split(area);
         for (part, area) in shown.iter().zip(areas.iter()) {
-            content.draw(*part, *area, buffer);
+            self.draw(*part, *area, buffer);
         }
     }
 }
 
-/// What the parts show.
-struct Content<'a> {
-    state: &'a State,
-    snapshot: Snapshot<'a>,
-    timing: Vec<String>,
-    bus: Vec<String>,
-}
-
-impl<'a> Content<'a> {
-    fn of(state: &'a State) -> Self {
+impl<'a> View<'a> {
+    /// The view of a state.
+    pub fn of<const J: usize, const N: usize>(state: &'a State<J, N>) -> Self {
         let snapshot = Snapshot::of(state);
-        let timing = timing_lines(&snapshot);
-        let bus = snapshot.health.map(health::lines).unwrap_or_default();
-        Self { state, snapshot, timing, bus }
+        let recent = state.recent();
+        Self {
+            life: state.life(),
+            joints: u16::try_from(J).unwrap_or(u16::MAX),
+            timing: timing_lines(&snapshot),
+            bus: snapshot.health.map(health::lines).unwrap_or_default(),
+            notes: &state.notes,
+            begin: state.begin,
+            tracking_error: Plot::tracking_error().of(recent),
+            torque: Plot::torque().of(recent),
+            latencies: Plot::latencies().of(recent),
+            snapshot,
+        }
     }
 
     fn height(&self, part: Part) -> u16 {
         let lines = |lines: &[String]| u16::try_from(lines.len()).unwrap_or(u16::MAX);
         match part {
             Part::Head => FRAME + 2,
-            Part::Joints => FRAME + 4,
+            Part::Joints => FRAME + 1 + self.joints,
             Part::Plots => PLOT_LINES,
             Part::Timing => FRAME + lines(&self.timing),
             Part::Bus => FRAME + lines(&self.bus).max(1),
@@ -122,8 +138,8 @@ impl<'a> Content<'a> {
             Part::Joints => self.joints(area, buffer),
             Part::Plots => {
                 let [left, right] = Layout::horizontal([Constraint::Fill(1); 2]).areas(area);
-                PanelChart(&Plot::tracking_error().of(self.state.recent())).render(left, buffer);
-                PanelChart(&Plot::torque().of(self.state.recent())).render(right, buffer);
+                PanelChart(&self.tracking_error).render(left, buffer);
+                PanelChart(&self.torque).render(right, buffer);
             }
             Part::Timing => self.timing(area, buffer),
             Part::Bus => paragraph(" Bus and drives ", &self.bus).render(area, buffer),
@@ -134,7 +150,7 @@ impl<'a> Content<'a> {
 
     fn head(&self, area: Rect, buffer: &mut Buffer) {
         let snapshot = &self.snapshot;
-        let style = match self.state.life() {
+        let style = match self.life {
             Life::Beginning | Life::Ended(_) => Style::new().bold(),
             Life::Running => Style::new().fg(Color::Green).bold(),
             Life::Silent(_) | Life::Unreadable => Style::new().fg(Color::Yellow).bold(),
@@ -180,14 +196,13 @@ impl<'a> Content<'a> {
         let [left, right] = Layout::horizontal([Constraint::Length(TIMING_COLUMNS), Constraint::Fill(1)]).areas(area);
         paragraph(" Timing ", &self.timing).render(left, buffer);
         if self.snapshot.run.is_some_and(|run| run.clock == ClockKind::Monotonic) {
-            PanelChart(&Plot::latencies().of(self.state.recent())).render(right, buffer);
+            PanelChart(&self.latencies).render(right, buffer);
         }
     }
 
     fn notes(&self, area: Rect, buffer: &mut Buffer) {
-        let begin = self.state.begin;
-        let lines = self.state.notes.iter().rev().take(usize::from(NOTES)).map(|note| {
-            let at = begin.map_or(0.0, |begin| seconds_between(begin, note.at));
+        let lines = self.notes.iter().rev().take(usize::from(NOTES)).map(|note| {
+            let at = self.begin.map_or(0.0, |begin| seconds_between(begin, note.at));
             let style = match note.severity {
                 Severity::Info => Style::new(),
                 Severity::Warning => Style::new().fg(Color::Yellow),

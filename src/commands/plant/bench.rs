@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use nalgebra::Vector3;
 use uarm_io::time::Instant;
 use uarm_sim::{Brake, EmulatedRobot, Joint, Outbox, Plant, RobotOnBus};
 
@@ -11,22 +10,32 @@ use crate::console;
 use crate::simulated_robot::SimulatedRobot;
 
 /// What the plant is, behind the encoders.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
     /// Plant time.
     pub time: Duration,
-    /// Joint angles, rad.
-    pub position: Vector3<f64>,
-    /// Joint velocities, rad/s.
-    pub velocity: Vector3<f64>,
-    /// Torques at the motors, N·m.
-    pub torque: Vector3<f64>,
-    /// What the brakes do.
-    pub brakes: [Brake; 3],
+    /// The joints, from the base outwards.
+    pub joints: Vec<JointTruth>,
+}
+
+/// What a joint is, behind its encoder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointTruth {
+    /// Angle, rad.
+    pub position: f64,
+    /// Velocity, rad/s.
+    pub velocity: f64,
+    /// Torque at the motor, N·m.
+    pub torque: f64,
+    /// What the brake does.
+    pub brake: Brake,
 }
 
 /// A robot whose truth is known and whose drives can be broken.
 pub trait Bench: RobotOnBus {
+    /// Plant time, while it passes.
+    fn time(&self) -> Option<Duration>;
+
     /// The truth, while plant time passes.
     fn truth(&self) -> Option<Truth>;
 
@@ -34,16 +43,24 @@ pub trait Bench: RobotOnBus {
     fn obey(&mut self, order: &Order, now: Instant, outbox: &mut Outbox);
 }
 
-impl<P: Plant + Clone, const CAPACITY: usize> Bench for EmulatedRobot<P, 3, CAPACITY> {
+impl<P: Plant<J> + Clone, const J: usize, const CAPACITY: usize> Bench for EmulatedRobot<P, J, CAPACITY> {
+    fn time(&self) -> Option<Duration> {
+        self.is_running().then(|| self.plant().time())
+    }
+
     fn truth(&self) -> Option<Truth> {
-        let plant = self.plant();
-        self.is_running().then(|| Truth {
-            time: plant.time(),
-            position: plant.position(),
-            velocity: plant.velocity(),
-            torque: self.torque(),
-            brakes: self.brakes(),
-        })
+        let time = self.time()?;
+        let (positions, velocities) = (self.plant().position(), self.plant().velocity());
+        let motions = positions.iter().zip(velocities.iter());
+        let drives = self.torque();
+        let drives = drives.iter().zip(self.brakes());
+        let joints = motions.zip(drives).map(|((position, velocity), (torque, brake))| JointTruth {
+            position: *position,
+            velocity: *velocity,
+            torque: *torque,
+            brake,
+        });
+        Some(Truth { time, joints: joints.collect() })
     }
 
     fn obey(&mut self, order: &Order, now: Instant, outbox: &mut Outbox) {
@@ -57,7 +74,15 @@ impl<P: Plant + Clone, const CAPACITY: usize> Bench for EmulatedRobot<P, 3, CAPA
 }
 
 /// ODrive axes have no faults to bring about, and nobody asks for their truth: the options are refused for them.
-impl<P: Plant + Clone> Bench for SimulatedRobot<P> {
+impl<P: Plant<J> + Clone, const J: usize> Bench for SimulatedRobot<P, J> {
+    fn time(&self) -> Option<Duration> {
+        match self {
+            Self::Canopen(robot) => robot.time(),
+            Self::Bought(robot) => robot.time(),
+            Self::Odrive(_) => None,
+        }
+    }
+
     fn truth(&self) -> Option<Truth> {
         match self {
             Self::Canopen(robot) => robot.truth(),

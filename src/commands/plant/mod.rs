@@ -6,8 +6,11 @@ mod power_up;
 mod serve;
 mod truth;
 
+use std::io;
+use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::thread;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -21,10 +24,12 @@ use crate::console;
 use crate::options::{self, choice};
 use crate::output_files::{Force, OutputFiles};
 use crate::reference::incremental_joints;
-use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
+use crate::robot::shape::for_shape;
+use crate::robot::{Robot, RobotText};
 use crate::signals;
 use crate::simulated_robot::{PlantChoice, SimulatedPlant, simulated_with};
+use bench::Bench;
 use faults::{ACTIONS, Order, Schedule};
 use power_up::StartOf;
 use serve::{Extras, serve};
@@ -55,9 +60,9 @@ pub struct Arguments {
     /// The robot file; without it the paper's UARM
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
-    /// What the robot is
-    #[arg(long, value_parser = choice::<PlantChoice>(), default_value = "uarm", value_name = "PLANT")]
-    plant: PlantChoice,
+    /// What the robot is; by default "uarm", or "ideal" where the robot file has no [plant]
+    #[arg(long, value_parser = choice::<PlantChoice>(), value_name = "PLANT")]
+    plant: Option<PlantChoice>,
     /// How plant time passes
     #[arg(long, value_enum, default_value_t, value_name = "PACING")]
     pacing: PacingChoice,
@@ -108,42 +113,69 @@ fn step(text: &str) -> Result<IntegrationStep, String> {
 /// # Errors
 /// If the robot file is wrong or the interface cannot be used.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let schedule = schedule(&arguments.fault)?;
+    let mut emulated = emulated(arguments)?;
+    let name = arguments.can.parse().with_context(|| format!("--can {}", arguments.can))?;
+    let inputs = arguments.robot.iter().chain(&arguments.dictionaries.eds).map(PathBuf::as_path);
+    let outputs = OutputFiles::new(arguments.force, inputs);
+    outputs.check(arguments.truth.as_deref())?;
+    let link = SocketCanLink::open(name, Reception::Everything)?;
+    let joints = emulated.nodes.len();
+    let truth = arguments.truth.as_deref().map(|path| TruthFile::create(path, joints, &outputs)).transpose()?;
+    let stop = signals::stop_request().context("signal handlers")?;
+    let nodes = emulated.nodes.iter().map(u8::to_string).collect::<Vec<_>>().join(" ");
+    console::tell(format_args!(
+        "{}: emulated drives, nodes {nodes}, on {} ({:?})",
+        emulated.name, arguments.can, emulated.pacing
+    ));
+    let ready = format!("ready: nodes {nodes} on {}", arguments.can);
+    serve(emulated.bench.as_mut(), link, &stop, Extras { faults: schedule, truth, ready })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A robot that is not on a bus yet.
+struct Emulated {
+    name: String,
+    /// Of its drives, from the base outwards.
+    nodes: Vec<u8>,
+    pacing: Pacing,
+    bench: Box<dyn Bench + Send>,
+}
+
+/// Makes the robot, on a stack with room for the objects of its drives.
+fn emulated(arguments: &Arguments) -> anyhow::Result<Emulated> {
+    let text = RobotText::read(arguments.robot.as_deref())?;
+    let shape = text.shape()?;
+    let make = || for_shape!(shape, emulated_of(arguments, &text));
+    let made = thread::scope(|scope| Ok(thread::Builder::new().stack_size(STACK).spawn_scoped(scope, make)?.join()));
+    made.unwrap_or_else(|error: io::Error| Ok(Err(error.into()))).unwrap_or_else(|panic| resume_unwind(panic))
+}
+
+fn emulated_of<const J: usize, const N: usize>(arguments: &Arguments, text: &RobotText) -> anyhow::Result<Emulated> {
     let overrides = Overrides { period: arguments.period, ..Overrides::default() };
-    let robot = Robot::load_with(arguments.robot.as_deref(), &overrides)?;
+    let robot = Robot::<J, N>::of_text(&text.name, &text.text, &overrides)?;
     let pacing = match arguments.pacing {
         PacingChoice::Lockstep => Pacing::Lockstep { period: robot.description.period.duration() },
         PacingChoice::WallClock => Pacing::WallClock,
     };
-    let schedule = schedule(&arguments.fault)?;
     let nodes = robot.description.nodes();
     let starts = arguments.start.iter().map(|start| (start.node, start.power_up));
     let bought = Bought::read(&arguments.dictionaries, &nodes)?.starting(starts, &nodes)?;
-    let bought = bought.counting_from_zero(&incremental_joints(&robot));
+    let bought = bought.counting_from_zero(&incremental_joints(&robot.file.joints));
     let is_bench = !bought.is_none() || !arguments.fault.is_empty() || arguments.truth.is_some();
     let is_canopen = matches!(robot.description.bus.protocol, Protocol::Canopen);
     anyhow::ensure!(
         is_canopen || !is_bench,
         "--eds, --start, --fault, --truth and incremental encoders: only with bus.protocol = \"canopen\""
     );
-    let plant =
-        SimulatedPlant::new(&robot, arguments.plant, arguments.disturbance)?.with_integration_step(arguments.step);
-    let name = arguments.can.parse().with_context(|| format!("--can {}", arguments.can))?;
-    let inputs = arguments.robot.iter().chain(&arguments.dictionaries.eds).map(PathBuf::as_path);
-    let outputs = OutputFiles::new(arguments.force, inputs);
-    outputs.check(arguments.truth.as_deref())?;
-    let link = SocketCanLink::open(name, Reception::Everything)?;
-    let truth = arguments.truth.as_deref().map(|path| TruthFile::create(path, &outputs)).transpose()?;
-    let stop = signals::stop_request().context("signal handlers")?;
-    let nodes = nodes.map(|node| node.to_string()).join(" ");
-    console::tell(format_args!(
-        "{}: emulated drives, nodes {nodes}, on {} ({pacing:?})",
-        robot.description.name, arguments.can
-    ));
-    let ready = format!("ready: nodes {nodes} on {}", arguments.can);
-    let extras = Extras { faults: schedule, truth, ready };
-    serve(&mut simulated_with(&robot, plant, pacing, &bought)?, link, &stop, extras)?;
-    Ok(ExitCode::SUCCESS)
+    let choice = PlantChoice::asked(arguments.plant, &robot)?;
+    let plant = SimulatedPlant::new(&robot, choice, arguments.disturbance)?.with_integration_step(arguments.step);
+    let bench = Box::new(simulated_with(&robot, plant, pacing, &bought)?);
+    Ok(Emulated { name: robot.description.name, nodes: nodes.to_vec(), pacing, bench })
 }
+
+/// Drives with makers' dictionaries hold their objects by value, 0.4 MB each, and are made on the stack.
+const STACK: usize = 64 << 20;
 
 /// The faults to come: `-` stands for standard input.
 fn schedule(faults: &[String]) -> anyhow::Result<Schedule> {

@@ -33,7 +33,7 @@ pub struct Extras {
 /// # Errors
 /// If the link fails in a way that does not pass, or the truth cannot be written.
 pub fn serve(
-    robot: &mut impl Bench,
+    robot: &mut dyn Bench,
     mut link: SocketCanLink,
     stop: &StopRequest,
     mut extras: Extras,
@@ -60,8 +60,7 @@ pub fn serve(
                 bear(error, &mut link)?;
             }
         }
-        let time = robot.truth().map(|truth| truth.time);
-        for order in extras.faults.due(time) {
+        for order in extras.faults.due(robot.time()) {
             robot.obey(&order, clock.now(), &mut outbox);
         }
     }

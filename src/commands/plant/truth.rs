@@ -13,10 +13,6 @@ use uarm_sim::Brake;
 use super::bench::Truth;
 use crate::output_files::OutputFiles;
 
-/// The columns. `run` counts the runs of the plant from 1: each NMT reset of all drives ends one. `brake` is 1 while it holds.
-const HEADER: &str = "run,time_s,position_1_rad,position_2_rad,position_3_rad,\
-    velocity_1_rad_per_s,velocity_2_rad_per_s,velocity_3_rad_per_s,torque_1_nm,torque_2_nm,torque_3_nm,brake_1,brake_2,brake_3";
-
 /// The file.
 #[derive(Debug)]
 pub struct TruthFile {
@@ -27,14 +23,14 @@ pub struct TruthFile {
 }
 
 impl TruthFile {
-    /// Begins a file.
+    /// Begins a file of a robot of so many `joints`.
     ///
     /// # Errors
     /// If it cannot be written, or may not be replaced.
-    pub fn create(path: &Path, outputs: &OutputFiles) -> anyhow::Result<Self> {
+    pub fn create(path: &Path, joints: usize, outputs: &OutputFiles) -> anyhow::Result<Self> {
         let file = outputs.create(path)?;
         let is_mcap = path.extension().is_some_and(|extension| extension == "mcap");
-        let format = if is_mcap { Format::mcap(file) } else { Format::csv(file) };
+        let format = if is_mcap { Format::mcap(file) } else { Format::csv(file, joints) };
         let format = format.with_context(|| path.display().to_string())?;
         Ok(Self { path: path.to_owned(), format, run: 0, last: None })
     }
@@ -88,21 +84,35 @@ impl std::fmt::Debug for Format {
 const TOPIC: JsonTopic =
     JsonTopic { name: "/truth", schema_name: "uarm.Truth", schema: include_str!("truth.schema.json") };
 
-/// A message: joints 1 to 3, the passive base first.
+/// A message: the joints from the base outwards.
 #[derive(Serialize)]
 struct Message {
     run: u32,
     time_s: f64,
-    position_rad: [f64; 3],
-    velocity_rad_per_s: [f64; 3],
-    torque_nm: [f64; 3],
-    brake: [bool; 3],
+    position_rad: Vec<f64>,
+    velocity_rad_per_s: Vec<f64>,
+    torque_nm: Vec<f64>,
+    brake: Vec<bool>,
+}
+
+impl Message {
+    fn new(run: u32, truth: &Truth) -> Self {
+        let joints = &truth.joints;
+        Self {
+            run,
+            time_s: truth.time.as_secs_f64(),
+            position_rad: joints.iter().map(|joint| joint.position).collect(),
+            velocity_rad_per_s: joints.iter().map(|joint| joint.velocity).collect(),
+            torque_nm: joints.iter().map(|joint| joint.torque).collect(),
+            brake: joints.iter().map(|joint| joint.brake == Brake::Engaged).collect(),
+        }
+    }
 }
 
 impl Format {
-    fn csv(file: File) -> anyhow::Result<Self> {
+    fn csv(file: File, joints: usize) -> anyhow::Result<Self> {
         let mut file = BufWriter::new(file);
-        writeln!(file, "{HEADER}")?;
+        writeln!(file, "{}", header(joints))?;
         Ok(Self::Csv(file))
     }
 
@@ -114,18 +124,10 @@ impl Format {
         match self {
             Self::Csv(file) => writeln!(file, "{}", line_of(run, truth))?,
             Self::Mcap(writer) => {
-                let message = Message {
-                    run,
-                    time_s: truth.time.as_secs_f64(),
-                    position_rad: truth.position.into(),
-                    velocity_rad_per_s: truth.velocity.into(),
-                    torque_nm: truth.torque.into(),
-                    brake: truth.brakes.map(|brake| brake == Brake::Engaged),
-                };
                 // The wall clock, as in the controller's own log: both lie over each other in one view.
                 let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
                 let now = u64::try_from(now.as_nanos()).unwrap_or(u64::MAX);
-                writer.write(now, &serde_json::to_vec(&message)?)?;
+                writer.write(now, &serde_json::to_vec(&Message::new(run, truth))?)?;
             }
         }
         Ok(())
@@ -148,27 +150,36 @@ impl Format {
     }
 }
 
+/// The columns. `run` counts the runs of the plant from 1: each NMT reset of all drives ends one. `brake` is 1 while it holds.
+fn header(joints: usize) -> String {
+    let columns = [("position", "_rad"), ("velocity", "_rad_per_s"), ("torque", "_nm"), ("brake", "")];
+    let columns =
+        columns.iter().flat_map(|(name, unit)| (1..=joints).map(move |joint| format!(",{name}_{joint}{unit}")));
+    format!("run,time_s{}", columns.collect::<String>())
+}
+
 /// Numbers are written so that they read back as the same bits.
 fn line_of(run: u32, truth: &Truth) -> String {
-    let numbers = truth.position.iter().chain(truth.velocity.iter()).chain(truth.torque.iter());
-    let numbers: Vec<String> = numbers.map(ToString::to_string).collect();
-    let brakes = truth.brakes.map(|brake| if brake == Brake::Engaged { "1" } else { "0" });
-    format!("{run},{},{},{}", truth.time.as_secs_f64(), numbers.join(","), brakes.join(","))
+    let Message { time_s, position_rad, velocity_rad_per_s, torque_nm, brake, .. } = Message::new(run, truth);
+    let numbers = [position_rad, velocity_rad_per_s, torque_nm].concat();
+    let brakes = brake.into_iter().map(u8::from);
+    let cells = numbers.iter().map(ToString::to_string).chain(brakes.map(|brake| brake.to_string()));
+    format!("{run},{time_s},{}", cells.collect::<Vec<_>>().join(","))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
+    use crate::commands::plant::bench::JointTruth;
 
     fn truth() -> Truth {
-        Truth {
-            time: Duration::from_millis(3),
-            position: Vector3::new(0.0, 0.1, 0.2),
-            velocity: Vector3::new(-1.0, 0.5, 1e-9),
-            torque: Vector3::new(0.0, 0.025, -0.0125),
-            brakes: [Brake::Engaged, Brake::Released, Brake::Released],
-        }
+        let joint = |position, velocity, torque, brake| JointTruth { position, velocity, torque, brake };
+        let joints = vec![
+            joint(0.0, -1.0, 0.0, Brake::Engaged),
+            joint(0.1, 0.5, 0.025, Brake::Released),
+            joint(0.2, 1e-9, -0.0125, Brake::Released),
+        ];
+        Truth { time: Duration::from_millis(3), joints }
     }
 
     #[test]
@@ -194,9 +205,14 @@ mod tests {
     }
 
     #[test]
-    fn a_line_has_as_many_fields_as_the_header() {
-        let line = line_of(2, &truth());
-        assert_eq!(line, "2,0.003,0,0.1,0.2,-1,0.5,0.000000001,0,0.025,-0.0125,1,0,0");
-        assert_eq!(line.split(',').count(), HEADER.split(',').count());
+    fn a_line_has_the_columns_of_the_header() {
+        assert_eq!(line_of(2, &truth()), "2,0.003,0,0.1,0.2,-1,0.5,0.000000001,0,0.025,-0.0125,1,0,0");
+        let three = "run,time_s,position_1_rad,position_2_rad,position_3_rad,velocity_1_rad_per_s,velocity_2_rad_per_s,\
+            velocity_3_rad_per_s,torque_1_nm,torque_2_nm,torque_3_nm,brake_1,brake_2,brake_3";
+        assert_eq!(header(3), three);
+        let last = ["position_7_rad", "velocity_7_rad_per_s", "torque_7_nm", "brake_7"];
+        let seven = header(7);
+        let columns: Vec<&str> = seven.split(',').collect();
+        assert_eq!([8, 15, 22, 29].map(|column| columns[column]), last);
     }
 }

@@ -11,16 +11,9 @@ use uarm_io::drive::sdo::Patience;
 use uarm_io::drive::wishes::DriveConfiguration;
 use uarm_io::drive::{Address, NodeId};
 
-use crate::dimensions::JOINTS;
-use crate::robot::overrides::Overrides;
-use crate::robot::{BUILT_IN, Robot};
-use crate::text_file;
-
-/// The joint that stands for a drive when no joint has its node: the first that is driven.
-const FIRST_DRIVEN: usize = 1;
-
-/// What the built-in robot is called in messages.
-const BUILT_IN_NAME: &str = "built-in robot";
+use crate::robot::RobotText;
+use crate::robot::file::Role;
+use crate::robot::on_bus::JointsOnBus;
 
 /// A robot file of which one joint is to get the drive.
 pub struct Candidate {
@@ -32,16 +25,18 @@ pub struct Candidate {
 impl Candidate {
     /// The joint with that node in a robot file, else in the built-in robot; there, a joint takes any node.
     pub fn new(file: Option<&Path>, node: Option<u8>) -> anyhow::Result<Self> {
-        let (name, text) = match file {
-            Some(file) => (file.to_owned(), text_file::read(file).with_context(|| file.display().to_string())?),
-            None => (PathBuf::from(BUILT_IN_NAME), BUILT_IN.to_owned()),
-        };
+        let text = RobotText::read(file)?;
         // Whatever is wrong with it is told as everywhere else.
-        let robot = Robot::parse(&name, &text, &Overrides::default())?;
-        let nodes = robot.description.nodes();
+        let joints = JointsOnBus::of_text(&text)?;
+        let nodes = joints.nodes();
+        let first_driven = joints.written.iter().position(|joint| joint.role == Role::Active);
+        let RobotText { name, text } = text;
         let position = node.and_then(|node| nodes.iter().position(|other| *other == node));
-        let mut candidate =
-            Self { file: name, robot: text.parse().context("robot file")?, joint: position.unwrap_or(FIRST_DRIVEN) };
+        let mut candidate = Self {
+            file: name,
+            robot: text.parse().context("robot file")?,
+            joint: position.or(first_driven).unwrap_or_default(),
+        };
         if let (None, Some(node)) = (position, node) {
             if let Some(file) = file {
                 bail!("{}: no joint has node {node}, expected one of {nodes:?}", file.display());
@@ -51,16 +46,15 @@ impl Candidate {
         Ok(candidate)
     }
 
-    /// What the master would want of the drive, and of all of them.
-    pub fn wishes(&self) -> anyhow::Result<(DriveConfiguration, NetworkConfiguration<JOINTS>)> {
+    /// What the master would want of the drive, and how it would be its master.
+    pub fn wishes(&self) -> anyhow::Result<(DriveConfiguration, NetworkConfiguration<1>)> {
         let robot = self.parsed()?;
-        let network = robot.description.network_configuration()?;
-        let drive = network.drives().get(self.joint).cloned().context("the joint")?;
-        Ok((drive, network))
+        let joint = robot.joints.get(self.joint).context("the joint")?;
+        Ok((joint.drive.clone(), robot.network_configuration_of(joint)?))
     }
 
-    fn parsed(&self) -> anyhow::Result<Robot> {
-        Ok(Robot::parse(&self.file, &toml::to_string(&self.robot)?, &Overrides::default())?)
+    fn parsed(&self) -> anyhow::Result<JointsOnBus> {
+        JointsOnBus::of_text(&RobotText { name: self.file.clone(), text: toml::to_string(&self.robot)? })
     }
 
     /// What is to be said of the joint's drive profile, if it has one.
@@ -69,8 +63,8 @@ impl Candidate {
     /// If the entry has become one that is refused.
     pub fn profile(&self) -> anyhow::Result<Option<String>> {
         let robot = self.parsed()?;
-        let name = &robot.description.joints[self.joint].name;
-        Ok(robot.profiles.iter().find(|used| used.joint == *name).map(ToString::to_string))
+        let joint = robot.joints.get(self.joint).context("the joint")?;
+        Ok(robot.profiles.iter().find(|used| used.joint == joint.name).map(ToString::to_string))
     }
 
     /// The node of the drive.

@@ -42,7 +42,7 @@ pub struct Arguments {
     /// The CAN interface on which the drive is
     #[arg(long, value_name = "INTERFACE", requires = "node")]
     can: Option<InterfaceName>,
-    /// The drive's node id; without it that of the DCF, or of joint 2
+    /// The drive's node id; without it that of the DCF, or of the first driven joint
     #[arg(long, value_parser = node_id, value_name = "1..126")]
     node: Option<NodeId>,
     /// The robot file whose joint the drive is to move; without it the paper's UARM

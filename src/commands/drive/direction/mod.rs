@@ -18,7 +18,7 @@ use super::patient_link::PatientLink;
 use crate::console;
 use crate::exit::Exit;
 use crate::options::node_id;
-use crate::robot::Robot;
+use crate::robot::on_bus::JointsOnBus;
 use crate::{sdo_access, signals};
 use text::Finding;
 
@@ -63,7 +63,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         arguments.turns
     );
     let encoder = match &arguments.robot {
-        Some(file) => Some(encoder_of(&Robot::load(Some(file))?, arguments.node)?),
+        Some(file) => Some(encoder_of(&JointsOnBus::load(file)?, arguments.node)?),
         None => None,
     };
     let stop = signals::stop_request().context("signal handlers")?;
@@ -87,8 +87,8 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     Ok(if finding.is_good() { Exit::Ok } else { Exit::Failure }.into())
 }
 
-fn encoder_of(robot: &Robot, node: NodeId) -> anyhow::Result<uarm_io::encoder::EncoderConfiguration> {
-    let joint = robot.description.joints.iter().find(|joint| joint.node == node);
-    let nodes = robot.description.nodes();
+fn encoder_of(robot: &JointsOnBus, node: NodeId) -> anyhow::Result<uarm_io::encoder::EncoderConfiguration> {
+    let joint = robot.joints.iter().find(|joint| joint.node == node);
+    let nodes = robot.nodes();
     Ok(joint.with_context(|| format!("--node {}: the robot file has nodes {nodes:?}", node.raw()))?.encoder)
 }

@@ -28,8 +28,8 @@ pub struct Arguments {
     /// The CAN interface
     #[arg(long, value_name = "INTERFACE")]
     pub can: InterfaceName,
-    /// The angles of all joints, the base first, in degrees
-    #[arg(long, value_delimiter = ',', num_args = 1, allow_hyphen_values = true, value_name = "DEG,DEG,DEG")]
+    /// The angles of all joints in the order of the robot file, in degrees
+    #[arg(long, value_delimiter = ',', num_args = 1, allow_hyphen_values = true, value_name = "DEG,DEG,...")]
     #[arg(required_unless_present = "homing", conflicts_with = "homing")]
     pub angles: Vec<f64>,
     /// Let the drive of --node find its home position by itself. THE MOTOR MOVES

@@ -21,8 +21,8 @@ use crate::commands::drive::confirmation::{Confirmation, confirm};
 use crate::commands::drive::enabled::{Brakes, enabled};
 use crate::reference::drive::{mark, show};
 use crate::reference::store::References;
-use crate::robot::Robot;
 use crate::robot::homing::Homing;
+use crate::robot::on_bus::JointsOnBus;
 use crate::{console, signals};
 
 /// One joint, and how its drive homes.
@@ -37,7 +37,7 @@ pub struct Plan {
 ///
 /// # Errors
 /// If the robot file does not say how, it is not confirmed, the drive cannot, or it does not find home.
-pub fn home(arguments: &Arguments, robot: &Robot, node: NodeId) -> anyhow::Result<References> {
+pub fn home(arguments: &Arguments, robot: &JointsOnBus, node: NodeId) -> anyhow::Result<References> {
     let plan = Plan::new(robot, node)?;
     let realtime = arguments.realtime.settings(RealtimePolicy::Enforce)?;
     let earlier = References::read_beside(&arguments.robot)?;
@@ -60,15 +60,12 @@ pub fn home(arguments: &Arguments, robot: &Robot, node: NodeId) -> anyhow::Resul
 impl Plan {
     /// # Errors
     /// If no joint has this node, or its `encoder.homing` is missing.
-    pub fn new(robot: &Robot, node: NodeId) -> anyhow::Result<Self> {
-        anyhow::ensure!(
-            robot.description.bus.protocol == Protocol::Canopen,
-            "--homing needs drives that speak CANopen"
-        );
-        let nodes = robot.description.nodes();
+    pub fn new(robot: &JointsOnBus, node: NodeId) -> anyhow::Result<Self> {
+        anyhow::ensure!(robot.bus.protocol == Protocol::Canopen, "--homing needs drives that speak CANopen");
+        let nodes = robot.nodes();
         let joint = nodes.iter().position(|other| *other == node.raw());
         let joint = joint.with_context(|| format!("--node {}: the robot file has nodes {nodes:?}", node.raw()))?;
-        let description = &robot.description.joints[joint];
+        let description = &robot.joints[joint];
         let homing = robot.homing(joint)?.with_context(|| {
             format!(
                 "joints[{joint}].encoder.homing ({}, node {}) is absent, expected {{ method, speeds, angle_deg, travel_deg }}",
@@ -79,7 +76,7 @@ impl Plan {
         let resolution = description.encoder.counts_per_revolution.resolution();
         let watch = Watch {
             node: node.raw(),
-            period: robot.description.period.duration(),
+            period: robot.period,
             travel: homing.travel / resolution,
             speed: description.limits.velocity / resolution,
             timeout: homing.timeout,
@@ -89,9 +86,9 @@ impl Plan {
     }
 
     /// What will happen, and within which limits.
-    fn text(&self, robot: &Robot, arguments: &Arguments) -> String {
+    fn text(&self, robot: &JointsOnBus, arguments: &Arguments) -> String {
         let wish = &self.homing.wish;
-        let (name, limits) = (&robot.description.joints[self.joint].name, &robot.file.joints[self.joint].limits);
+        let (name, limits) = (&robot.joints[self.joint].name, &robot.written[self.joint].limits);
         let acceleration = wish.acceleration.map_or_else(|| "as it is".to_owned(), |found| found.to_string());
         format!(
             "{name}, node {} on {}: homing method {}, 6099h = {}, {}, 609Ah {acceleration}, 607Ch = {}; it ends after {} deg, above \
@@ -110,10 +107,10 @@ impl Plan {
     }
 
     /// The master's configuration for this drive alone, in homing mode.
-    fn network_configuration(&self, robot: &Robot) -> anyhow::Result<NetworkConfiguration<1>> {
-        let mut joint = robot.description.joints[self.joint].clone();
+    fn network_configuration(&self, robot: &JointsOnBus) -> anyhow::Result<NetworkConfiguration<1>> {
+        let mut joint = robot.joints[self.joint].clone();
         joint.drive.operation = Operation::Homing(self.homing.wish);
-        Ok(robot.description.network_configuration_of(&joint)?)
+        Ok(robot.network_configuration_of(&joint)?)
     }
 
     /// Lets the drive home, brakes, and reads where the joint then stands.
@@ -122,7 +119,7 @@ impl Plan {
     /// See [`home`].
     pub fn reference<L: Link, C: Clock>(
         &self,
-        robot: &Robot,
+        robot: &JointsOnBus,
         earlier: Option<References>,
         network: &mut DriveNetwork<L, 1>,
         clock: &mut C,
@@ -135,7 +132,7 @@ impl Plan {
             enabled(network, clock, |drive| procedure::run(drive, &self.watch, stop).map_err(anyhow::Error::new))?;
         anyhow::ensure!(brakes == Brakes::Closed, "home was found, but: {brakes}; nothing was stored");
         let link = network.link_mut();
-        let (file, description) = (&robot.file.joints[self.joint], &robot.description.joints[self.joint]);
+        let (file, description) = (&robot.written[self.joint], &robot.joints[self.joint]);
         let shown = show(link, clock, description.node, &file.encoder)?;
         let Homing { counts_at_home, angle, wish, .. } = self.homing;
         let fix = Fix {

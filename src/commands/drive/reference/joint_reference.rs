@@ -6,7 +6,7 @@ use uarm_io::drive::NodeId;
 
 use crate::reference::drive::Shown;
 use crate::reference::store::{JointReference, References};
-use crate::robot::Robot;
+use crate::robot::on_bus::JointsOnBus;
 
 /// What is known of a joint's angle: so many degrees at so many counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,12 +26,12 @@ pub struct Fix {
 /// # Errors
 /// If the marker reads so already, although no reference in `earlier` wrote it: a loss of power would not be seen.
 pub fn joint_reference(
-    robot: &Robot,
+    robot: &JointsOnBus,
     fix: &Fix,
     shown: &Shown,
     earlier: Option<&References>,
 ) -> anyhow::Result<JointReference> {
-    let (file, description) = (&robot.file.joints[fix.joint], &robot.description.joints[fix.joint]);
+    let (file, description) = (&robot.written[fix.joint], &robot.joints[fix.joint]);
     let marker = file.encoder.power_marker.as_ref().and_then(|marker| marker.as_value());
     let is_new = earlier.and_then(|earlier| earlier.of_node(file.node)).is_none();
     anyhow::ensure!(
@@ -60,6 +60,6 @@ pub fn joint_reference(
 }
 
 /// The node of a joint's drive.
-pub fn node(robot: &Robot, joint: usize) -> NodeId {
-    robot.description.joints[joint].node
+pub fn node(robot: &JointsOnBus, joint: usize) -> NodeId {
+    robot.joints[joint].node
 }

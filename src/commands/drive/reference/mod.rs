@@ -14,14 +14,14 @@ pub use arguments::Arguments;
 
 use crate::console;
 use crate::reference::store::References;
-use crate::robot::Robot;
+use crate::robot::on_bus::JointsOnBus;
 
 /// Stores where the joints are.
 ///
 /// # Errors
 /// If the robot file, the drives or the operator do not allow it.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
-    let robot = Robot::load(Some(&arguments.robot))?;
+    let robot = JointsOnBus::load(&arguments.robot)?;
     let references = match arguments.node {
         Some(node) => homing::home(arguments, &robot, node)?,
         None => pose::confirmed(arguments, &robot)?,

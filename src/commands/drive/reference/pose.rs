@@ -11,11 +11,10 @@ use super::arguments::Arguments;
 use super::joint_reference::{Fix, joint_reference, node};
 use crate::commands::drive::confirmation::{Confirmation, confirm};
 use crate::console;
-use crate::dimensions::JOINTS;
 use crate::reference::drive::{Shown, mark, show};
 use crate::reference::store::References;
 use crate::reference::{incremental_joints, link};
-use crate::robot::Robot;
+use crate::robot::on_bus::JointsOnBus;
 
 /// How far a joint may move between its reading and the confirmation, counts.
 const STILL: u32 = 4;
@@ -25,18 +24,19 @@ const STILL: u32 = 4;
 /// # Errors
 /// If the angles are none that the joints can have, a drive is on or does not answer, the pose is not confirmed or a joint
 /// moved meanwhile.
-pub fn confirmed(arguments: &Arguments, robot: &Robot) -> anyhow::Result<References> {
-    let angles = angles(robot, &arguments.angles)?;
-    let joints = incremental_joints(robot);
+pub fn confirmed(arguments: &Arguments, robot: &JointsOnBus) -> anyhow::Result<References> {
+    let angles = &arguments.angles;
+    check_angles(robot, angles)?;
+    let joints = incremental_joints(&robot.written);
     anyhow::ensure!(
         !joints.is_empty(),
         "{}: no joint has encoder.reference = \"incremental\": there is nothing to reference",
         arguments.robot.display()
     );
-    let mut link = link(robot, arguments.can)?;
+    let mut link = link(&robot.bus, &robot.joints, arguments.can)?;
     let before = read(robot, &joints, &mut link, &MonotonicClock)?;
     for (joint, shown) in joints.iter().zip(&before) {
-        let name = &robot.description.joints[*joint].name;
+        let name = &robot.joints[*joint].name;
         console::tell(format_args!(
             "  {name} (node {}): {} counts are {} deg",
             node(robot, *joint).raw(),
@@ -50,15 +50,17 @@ pub fn confirmed(arguments: &Arguments, robot: &Robot) -> anyhow::Result<Referen
         Confirmation::Refused => anyhow::bail!("not confirmed: nothing was stored"),
     }
     let earlier = References::read_beside(&arguments.robot)?;
-    set(robot, &joints, &angles, &before, earlier.as_ref(), &mut link, &MonotonicClock)
+    set(robot, &joints, angles, &before, earlier.as_ref(), &mut link, &MonotonicClock)
 }
 
-/// The angles of all joints, within their limits.
-fn angles(robot: &Robot, angles: &[f64]) -> anyhow::Result<[f64; JOINTS]> {
-    let angles: [f64; JOINTS] = angles
-        .try_into()
-        .map_err(|_| anyhow::anyhow!("--angles: {} angles, expected {JOINTS}, the base's first", angles.len()))?;
-    for (angle, joint) in angles.iter().zip(&robot.file.joints) {
+/// Checks that there are as many angles as joints, each within its limits.
+fn check_angles(robot: &JointsOnBus, angles: &[f64]) -> anyhow::Result<()> {
+    let (found, expected) = (angles.len(), robot.joints.len());
+    anyhow::ensure!(
+        found == expected,
+        "--angles: {found} angles, expected {expected}, one for each joint of the robot file"
+    );
+    for (angle, joint) in angles.iter().zip(&robot.written) {
         let (least, most) = (joint.limits.minimum_deg, joint.limits.maximum_deg);
         anyhow::ensure!(
             (least..=most).contains(angle),
@@ -66,18 +68,18 @@ fn angles(robot: &Robot, angles: &[f64]) -> anyhow::Result<[f64; JOINTS]> {
             joint.name
         );
     }
-    Ok(angles)
+    Ok(())
 }
 
 /// What the drives of `joints` show; each must be off.
-fn read<L: Link, C: Clock>(robot: &Robot, joints: &[usize], link: &mut L, clock: &C) -> anyhow::Result<Vec<Shown>>
+fn read<L: Link, C: Clock>(robot: &JointsOnBus, joints: &[usize], link: &mut L, clock: &C) -> anyhow::Result<Vec<Shown>>
 where
     L::Error: Send + Sync + 'static,
 {
     let mut shown = Vec::new();
     for joint in joints {
         let node = node(robot, *joint);
-        let found = show(link, clock, node, &robot.file.joints[*joint].encoder)?;
+        let found = show(link, clock, node, &robot.written[*joint].encoder)?;
         let is_on = matches!(
             found.statusword.state(),
             None | Some(PowerState::SwitchedOn | PowerState::OperationEnabled | PowerState::QuickStopActive)
@@ -90,9 +92,9 @@ where
 
 /// Marks the drives and makes their references, after a look whether anything moved since `before`.
 fn set<L: Link, C: Clock>(
-    robot: &Robot,
+    robot: &JointsOnBus,
     joints: &[usize],
-    angles: &[f64; JOINTS],
+    angles: &[f64],
     before: &[Shown],
     earlier: Option<&References>,
     link: &mut L,
@@ -104,7 +106,7 @@ where
     let now = read(robot, joints, link, clock)?;
     let mut references = Vec::new();
     for ((joint, before), now) in joints.iter().zip(before).zip(&now) {
-        let name = &robot.description.joints[*joint].name;
+        let name = &robot.joints[*joint].name;
         let moved = now.position.wrapping_sub(before.position).unsigned_abs();
         anyhow::ensure!(moved <= STILL, "{name} moved by {moved} counts since it was shown: nothing was stored");
         let fix = Fix { joint: *joint, angle_deg: angles[*joint], position_counts: now.position, homing_method: None };
@@ -112,7 +114,7 @@ where
     }
     // Only when all is right: a marker without its reference would hide a loss of power from an older reference.
     for joint in joints {
-        mark(link, clock, node(robot, *joint), &robot.file.joints[*joint].encoder)?;
+        mark(link, clock, node(robot, *joint), &robot.written[*joint].encoder)?;
     }
     Ok(References::new(references))
 }
@@ -123,13 +125,13 @@ mod tests {
 
     use super::*;
     use crate::emulated_bus::{Bus, bus_of};
-    use crate::robot::BUILT_IN;
     use crate::robot::overrides::Overrides;
+    use crate::robot::{BUILT_IN, Robot};
     use uarm_io::drive::Value;
     use uarm_sim::drive::DriveFault;
     use uarm_sim::{Joint, VirtualClock};
 
-    const ANGLES: [f64; JOINTS] = [0.0, 20.0, 20.0];
+    const ANGLES: [f64; 3] = [0.0, 20.0, 20.0];
 
     fn robot(encoder_2: &str) -> Robot {
         let plain = "node = 2\nencoder = { counts_per_revolution = 33739, counter_bits = 32, direction = \"positive\", zero_counts = 0";
@@ -138,9 +140,9 @@ mod tests {
     }
 
     /// Joint 2's encoder is incremental; 6081h, the profile velocity, is 0 in the emulated drive.
-    fn incremental(marker: u32) -> Robot {
+    fn incremental(marker: u32) -> JointsOnBus {
         let marker = format!("power_marker = {{ index = 0x6081, subindex = 0, type = \"u32\", value = {marker} }}");
-        robot(&format!("zero_counts = 0, reference = \"incremental\", {marker}"))
+        JointsOnBus::of(&robot(&format!("zero_counts = 0, reference = \"incremental\", {marker}")))
     }
 
     /// Joint 2's counter happens to show 5000 at angle zero.
@@ -155,7 +157,7 @@ mod tests {
         let references = set(&robot, &[1], &ANGLES, &before, None, &mut link, &clock).unwrap();
         assert_eq!((references.joints.len(), references.joints[0].zero_counts), (1, 5_000));
         assert_eq!(references.joints[0].serial, Some(2));
-        let encoder = &robot.file.joints[1].encoder;
+        let encoder = &robot.written[1].encoder;
         let marker = |link: &mut _| show(link, &clock, node(&robot, 1), encoder).unwrap().marker;
         assert_eq!(marker(&mut link), Some(Value::Unsigned32(77)));
         // What the marker is for.
@@ -182,11 +184,11 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_three_and_within_the_limits() {
+    fn angles_are_one_for_each_joint_and_within_the_limits() {
         let robot = incremental(77);
-        assert_eq!(angles(&robot, &ANGLES).unwrap(), ANGLES);
-        assert!(angles(&robot, &[0.0, 20.0]).unwrap_err().to_string().contains("2 angles, expected 3"));
-        assert!(angles(&robot, &[0.0, 171.0, 0.0]).unwrap_err().to_string().contains("-170 to 170 deg"));
-        assert!(angles(&robot, &[0.0, f64::NAN, 0.0]).is_err());
+        assert!(check_angles(&robot, &ANGLES).is_ok());
+        assert!(check_angles(&robot, &[0.0, 20.0]).unwrap_err().to_string().contains("2 angles, expected 3"));
+        assert!(check_angles(&robot, &[0.0, 171.0, 0.0]).unwrap_err().to_string().contains("-170 to 170 deg"));
+        assert!(check_angles(&robot, &[0.0, f64::NAN, 0.0]).is_err());
     }
 }

@@ -24,7 +24,7 @@ use crate::console;
 use crate::exit::Exit;
 use crate::options::node_id;
 use crate::realtime::RealtimeArguments;
-use crate::robot::Robot;
+use crate::robot::on_bus::JointsOnBus;
 use crate::signals;
 use trial::{Plan, Trial};
 
@@ -78,12 +78,12 @@ pub struct Arguments {
 /// # Errors
 /// If it is not allowed by the robot file or not confirmed, or the drive cannot be started or is lost.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
-    let robot = Robot::load(Some(&arguments.robot))?;
-    let joints = &robot.description.joints;
-    let joint = joints.iter().find(|joint| joint.node == arguments.node).with_context(|| {
-        format!("--node {}: the robot file has nodes {:?}", arguments.node.raw(), robot.description.nodes())
-    })?;
-    let plan = plan(arguments, joint, robot.description.period.duration())?;
+    let robot = JointsOnBus::load(&arguments.robot)?;
+    let joint =
+        robot.joints.iter().find(|joint| joint.node == arguments.node).with_context(|| {
+            format!("--node {}: the robot file has nodes {:?}", arguments.node.raw(), robot.nodes())
+        })?;
+    let plan = plan(arguments, joint, robot.period)?;
     let realtime = arguments.realtime.settings(RealtimePolicy::Enforce)?;
     let node = arguments.node.raw();
     console::tell(format_args!(
@@ -97,7 +97,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         Confirmation::Refused => anyhow::bail!("not confirmed: nothing was sent"),
     }
     let stop = signals::stop_request().context("signal handlers")?;
-    let configuration = robot.description.network_configuration_of(joint)?;
+    let configuration = robot.network_configuration_of(joint)?;
     let identifiers: Vec<_> = configuration.receive_identifiers().collect();
     let link = SocketCanLink::open(arguments.can, Reception::Exactly(&identifiers))?;
     let _thread = realtime.enter_unrecorded()?;

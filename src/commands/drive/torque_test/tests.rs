@@ -2,6 +2,7 @@ use super::trial::End;
 use super::*;
 use crate::commands::drive::enabled::Enabled;
 use crate::emulated_bus::{Bus, bus_of};
+use crate::robot::Robot;
 use uarm_io::drive::cia402::{Command, Controlword, PowerState};
 use uarm_io::drive::objects::CONTROLWORD;
 use uarm_io::drive::sdo::{Bystander, Patience};

@@ -4,8 +4,8 @@ use std::time::Duration;
 use super::*;
 use crate::emulated_bus::{Bus, bus_of, node};
 use crate::reference::verify::verify;
-use crate::robot::BUILT_IN;
 use crate::robot::overrides::Overrides;
+use crate::robot::{BUILT_IN, Robot};
 use uarm_io::drive::cia402::PowerState;
 use uarm_io::drive::wire::Channel;
 use uarm_io::drive::{Address, Value};
@@ -19,11 +19,11 @@ const PLAIN: &str =
 /// The index is at 0 degrees; the joint starts at 20. 937 counts per second are 10 degrees per second.
 const INDEX: &str = "method = 33, speeds = [2812, 937], acceleration = 20000, angle_deg = 0.0, travel_deg = 40.0";
 
-fn robot(homing: &str) -> Robot {
+fn robot(homing: &str) -> JointsOnBus {
     let marker = "power_marker = { index = 0x6081, subindex = 0, type = \"u32\", value = 77 }";
     let keys = format!("{PLAIN}, reference = \"incremental\", {marker}, homing = {{ {homing} }}");
     let text = BUILT_IN.replace(PLAIN, &keys).replace("velocity_deg_per_s = 360.0", "velocity_deg_per_s = 80.0");
-    Robot::parse(Path::new("robot.toml"), &text, &Overrides::default()).unwrap()
+    JointsOnBus::of(&Robot::parse(Path::new("robot.toml"), &text, &Overrides::default()).unwrap())
 }
 
 /// The robot of its file in virtual time, whose second counter shows 5000 at angle zero.
@@ -79,9 +79,9 @@ fn home_becomes_the_reference_of_its_joint() {
         assert_braked(&bus);
         // The angle that the reference gives is the plant's own.
         let robot = robot(homing);
-        let shown = show(&mut bus, &clock, node(), &robot.file.joints[1].encoder).unwrap();
+        let shown = show(&mut bus, &clock, node(), &robot.written[1].encoder).unwrap();
         assert_eq!(shown.marker, Some(Value::Unsigned32(77)));
-        let angle = verify(&robot.file.joints[1], &robot.description.joints[1], reference, &shown).unwrap();
+        let angle = verify(&robot.written[1], &robot.joints[1], reference, &shown).unwrap();
         // A count is 0.011 degrees.
         assert!((angle.to_degrees() - joint_2(&bus)).abs() < 0.02, "{} {}", angle.to_degrees(), joint_2(&bus));
     }
@@ -200,7 +200,7 @@ fn a_request_to_stop_brakes() {
 
 #[test]
 fn a_joint_without_homing_or_node_is_named() {
-    let built_in = Robot::load(None).unwrap();
+    let built_in = JointsOnBus::of(&Robot::load(None).unwrap());
     let refused = |node| Plan::new(&built_in, NodeId::new(node).unwrap()).err().unwrap().to_string();
     assert!(refused(2).contains("joints[1].encoder.homing (joint 2, node 2) is absent"), "{}", refused(2));
     assert!(refused(9).contains("--node 9: the robot file has nodes [1, 2, 3]"), "{}", refused(9));
