@@ -58,11 +58,6 @@ fn what_cannot_be_helped_is_named() {
         ("no-display", Dictionary::own().without("6061"), "6061h"),
         ("io-module", Dictionary::own().with("1000", "DefaultValue", "0x191"), "1000h"),
         ("unwatched", Dictionary::own().without("1016").without("1400sub5"), "1016h"),
-        (
-            "fixed",
-            Dictionary::own().with("1A00sub0", "AccessType", "const").with("1A00sub0", "DefaultValue", "1"),
-            "1A00h",
-        ),
     ] {
         let (code, findings) = judged(name, &dictionary);
         assert_eq!(code, CANNOT, "{name}: {findings:#}");
@@ -81,6 +76,16 @@ fn what_the_robot_file_can_help_is_in_the_entry() {
         ("no-6076", Dictionary::own().without("6076"), "target_torque_of = \"stated-torque\""),
         ("no-1016", Dictionary::own().without("1016"), "watchdog = \"rpdo-timeout\""),
         ("no-6007", Dictionary::own().without("6007"), "without_6007h = "),
+        (
+            "fixed",
+            Dictionary::own().with("1A00sub0", "AccessType", "const").with("1A00sub0", "DefaultValue", "1"),
+            "tpdo = 2",
+        ),
+        (
+            "at-sync",
+            Dictionary::own().with("1400sub2", "AccessType", "const").with("1400sub2", "DefaultValue", "1"),
+            "torque_applies = \"at-sync\"",
+        ),
     ] {
         let (code, findings) = judged(name, &dictionary);
         assert_eq!(code, WORKS_WITH, "{name}: {findings:#}");

@@ -26,6 +26,15 @@ impl TorqueUnit {
             Self::MicronewtonMetre => 1e-6,
         }
     }
+
+    /// `count` of the unit in N·m: the number next to the decimal one, so that it is printed as such.
+    pub fn in_newton_metres(self, count: u32) -> f64 {
+        let per_newton_metre = match self {
+            Self::MillinewtonMetre => 1e3,
+            Self::MicronewtonMetre => 1e6,
+        };
+        f64::from(count) / per_newton_metre
+    }
 }
 
 /// A motor's rated torque as object 6076h holds it: a whole number of a unit, above zero.
@@ -227,6 +236,13 @@ mod tests {
         let scale = TorqueScale { transmission, ..scale(200, Direction::Positive) };
         assert_eq!(scale.to_drive(4.0).unwrap().per_mille, 500);
         assert!((scale.to_joint(500) - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_count_of_a_unit_is_printed_as_the_decimal_that_it_is() {
+        let printed = |unit: TorqueUnit, count| std::format!("{}", unit.in_newton_metres(count));
+        assert_eq!(printed(TorqueUnit::MillinewtonMetre, 350), "0.35");
+        assert_eq!(printed(TorqueUnit::MicronewtonMetre, 1_150_003), "1.150003");
     }
 
     #[test]

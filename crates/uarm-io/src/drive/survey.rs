@@ -330,6 +330,11 @@ impl Survey {
         if let Some((_, answered)) = self.objects.iter_mut().find(|(other, _)| *other == address) {
             answered.access = Access::ReadOnly;
         }
+        for (kind, pdos) in [(PdoKind::Receive, &mut self.rpdos), (PdoKind::Transmit, &mut self.tpdos)] {
+            if let Some(pdo) = pdos.iter_mut().find(|pdo| kind.transmission(pdo.number).address() == address) {
+                pdo.transmission.access = Access::ReadOnly;
+            }
+        }
         self
     }
 

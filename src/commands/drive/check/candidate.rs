@@ -8,7 +8,7 @@ use uarm_io::drive::network::NetworkConfiguration;
 use uarm_io::drive::pdo_objects::PdoKind;
 use uarm_io::drive::plan::{Remedy, WriteEntry};
 use uarm_io::drive::sdo::Patience;
-use uarm_io::drive::wishes::DriveConfiguration;
+use uarm_io::drive::wishes::{DriveConfiguration, TorqueApplies};
 use uarm_io::drive::{Address, NodeId};
 
 use crate::robot::RobotText;
@@ -99,11 +99,12 @@ impl Candidate {
             Remedy::TorqueStated => self.set("drive", "target_torque_of", "stated-torque")?,
             Remedy::RatedTorque(raw) => {
                 let (drive, _) = self.wishes()?;
-                let newton_metres = f64::from(*raw) * drive.rated_torque.unit().newton_metres();
+                let newton_metres = drive.rated_torque.unit().in_newton_metres(*raw);
                 self.set("drive", "rated_torque_nm", newton_metres)?;
             }
             Remedy::PdoNumber(PdoKind::Receive, number) => self.pdo("rpdo", i64::from(number.get()))?,
             Remedy::PdoNumber(PdoKind::Transmit, number) => self.pdo("tpdo", i64::from(number.get()))?,
+            Remedy::CommandTransmission(transmission) => self.command_transmission(*transmission)?,
             Remedy::KeepPdo(PdoKind::Receive, number) => self.keep("keep_rpdos", number.get())?,
             Remedy::KeepPdo(PdoKind::Transmit, number) => self.keep("keep_tpdos", number.get())?,
             Remedy::RpdoTimeout => {
@@ -142,6 +143,18 @@ impl Candidate {
 
     fn pdo(&mut self, key: &str, number: i64) -> anyhow::Result<()> {
         self.pdos()?.insert(key.to_owned(), number.into());
+        Ok(())
+    }
+
+    fn command_transmission(&mut self, transmission: u8) -> anyhow::Result<()> {
+        let applies = TorqueApplies::of_transmission_type(transmission).context("a transmission type")?;
+        self.set("drive", "torque_applies", Value::try_from(applies)?)?;
+        if applies.transmission_type() != transmission {
+            return self.pdo("rpdo_transmission", transmission.into());
+        }
+        if let Some(pdo) = self.part("drive")?.get_mut("pdo").and_then(Value::as_table_mut) {
+            pdo.remove("rpdo_transmission");
+        }
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use crate::drive::pdo_objects::{PdoKind, PdoNumber};
 use crate::drive::survey::Answer;
-use crate::drive::wishes::Setting;
+use crate::drive::wishes::{Setting, TorqueApplies};
 use crate::drive::words::{Named, type_name};
 use canopen_rs::{Address, DataType, Value};
 use core::fmt;
@@ -155,6 +155,9 @@ pub enum Remedy {
     TorqueStated,
     /// The number of the PDO that carries what is wanted: `drive.pdo`.
     PdoNumber(PdoKind, PdoNumber),
+    /// The transmission type of the RPDO of commands, as the drive has it: `drive.torque_applies`, and
+    /// `drive.pdo.rpdo_transmission` where that alone does not say it.
+    CommandTransmission(u8),
     /// A PDO that cannot be switched off: `drive.pdo.keep_rpdos` or `keep_tpdos`.
     KeepPdo(PdoKind, PdoNumber),
     /// `[bus] sync_counter = "auto"`.
@@ -191,6 +194,18 @@ impl fmt::Display for Remedy {
             Self::TorqueStated => formatter.write_str("drive.target_torque_of = \"stated-torque\""),
             Self::PdoNumber(PdoKind::Receive, number) => write!(formatter, "drive.pdo.rpdo = {}", number.get()),
             Self::PdoNumber(PdoKind::Transmit, number) => write!(formatter, "drive.pdo.tpdo = {}", number.get()),
+            Self::CommandTransmission(transmission) => {
+                let applies = TorqueApplies::of_transmission_type(*transmission).unwrap_or_default();
+                let name = match applies {
+                    TorqueApplies::OnReception => "on-reception",
+                    TorqueApplies::AtSync => "at-sync",
+                };
+                write!(formatter, "drive.torque_applies = \"{name}\"")?;
+                if applies.transmission_type() == *transmission {
+                    return Ok(());
+                }
+                write!(formatter, " and drive.pdo.rpdo_transmission = {transmission}")
+            }
             Self::KeepPdo(PdoKind::Receive, number) => write!(formatter, "drive.pdo.keep_rpdos = [{}]", number.get()),
             Self::KeepPdo(PdoKind::Transmit, number) => write!(formatter, "drive.pdo.keep_tpdos = [{}]", number.get()),
             Self::SyncWithoutCounter => formatter.write_str("[bus] sync_counter = \"auto\""),

@@ -71,10 +71,7 @@ impl Planner<'_> {
         let identifier = wish.kind.identifier(number);
         let Some(record) = self.survey.pdo(wish.kind, number).copied() else {
             let row = self.row(wish.question, &identifier, Wanted::Words("there"));
-            return match self.one_that_carries(wish) {
-                Some(remedy) => row.with(Verdict::WorksWith, remedy),
-                None => row.refusing("another drive, or another number in drive.pdo"),
-            };
+            return self.helped(wish, row, "another drive, or another number in drive.pdo");
         };
         let mapped = record.carries(wish.mapping);
         if !mapped && let Some(row) = self.mapping_refused(wish, &record) {
@@ -84,8 +81,11 @@ impl Planner<'_> {
         if !transmission.is_met() {
             let wanted = Wanted::Number(wish.transmission.into());
             let row = self.row(wish.question, &wish.kind.transmission(number), wanted);
-            return Finding { found: record.transmission.answer, ..row }
-                .refusing("another number in drive.pdo, or drive.torque_applies as the drive has it");
+            let row = Finding { found: record.transmission.answer, ..row };
+            return match other_transmission(wish, &record) {
+                Some(remedy) => row.with(Verdict::WorksWith, remedy),
+                None => self.helped(wish, row, another_number(wish.question)),
+            };
         }
         let wanted = i64::from(wish.channel.identifier.as_raw());
         let row = self.row(wish.question, &identifier, Wanted::Number(wanted));
@@ -95,7 +95,7 @@ impl Planner<'_> {
             return row;
         }
         if !record.identifier.access.may_write() {
-            return row.refusing("another number in drive.pdo");
+            return row.refusing(another_number(wish.question));
         }
         self.write_pdo(wish, &record, mapped);
         row
@@ -103,26 +103,36 @@ impl Planner<'_> {
 
     /// The row that says why a mapping cannot be made what is wanted; `None` if it can.
     fn mapping_refused(&self, wish: &Wish<'_>, record: &PdoRecord) -> Option<Finding> {
-        let length = i64::try_from(wish.mapping.len()).unwrap_or(i64::MAX);
-        let is_fixed = !record.count.access.may_write()
-            || record.entry_access == Access::ReadOnly
-            || record.count.most.is_some_and(|most| most < length);
-        if !is_fixed && record.count.answer.is_there() {
+        if can_carry(record, wish.mapping) {
             return None;
         }
         let object = wish.kind.mapped_objects(record.number);
         let wanted = Wanted::Words("what the cycle carries, or a mapping that can be changed");
         let row = Finding { found: record.count.answer, ..self.row(wish.question, &object, wanted) };
-        Some(match self.one_that_carries(wish) {
-            Some(remedy) => row.with(Verdict::WorksWith, remedy),
-            None => row.refusing("another drive: no PDO of it carries this"),
-        })
+        Some(self.helped(wish, row, "another drive: no PDO of it carries this"))
     }
 
-    /// Another PDO that carries what is wanted.
-    fn one_that_carries(&self, wish: &Wish<'_>) -> Option<Remedy> {
-        let other = self.survey.pdos(wish.kind).iter().find(|pdo| pdo.carries(wish.mapping))?;
-        Some(Remedy::PdoNumber(wish.kind, other.number))
+    /// The row with the number of another PDO as remedy; refused with `words` if there is none.
+    fn helped(&self, wish: &Wish<'_>, row: Finding, words: &'static str) -> Finding {
+        match self.other_pdo(wish) {
+            Some(number) if wish.question != Question::TorqueFeedback => {
+                row.with(Verdict::WorksWith, Remedy::PdoNumber(wish.kind, number))
+            }
+            _ => row.refusing(words),
+        }
+    }
+
+    /// Another PDO, used for nothing else, that carries what is wanted; else one that can be made to.
+    fn other_pdo(&self, wish: &Wish<'_>) -> Option<PdoNumber> {
+        let identifier = i64::from(wish.channel.identifier.as_raw());
+        let is_fit = |pdo: &&PdoRecord| {
+            let can_be_on = pdo.identifier.access.may_write() || is_on_as(pdo.identifier.answer, identifier);
+            let has_type = fit(pdo.transmission, wish.transmission.into()).is_met();
+            can_be_on && has_type && !self.drive.pdos.uses(wish.kind, pdo.number)
+        };
+        let pdos = || self.survey.pdos(wish.kind).iter().filter(is_fit);
+        let carries = pdos().find(|pdo| pdo.carries(wish.mapping));
+        carries.or_else(|| pdos().find(|pdo| can_carry(pdo, wish.mapping))).map(|pdo| pdo.number)
     }
 
     /// The standard's order (CiA 301): off, count 0, objects, count, type, on. Identifiers change only while the PDO is
@@ -207,6 +217,32 @@ impl Planner<'_> {
             let value = Answer::of(setting.value).number();
             setting.address == identifier.address() && value.is_some_and(|value| value & PDO_OFF != 0)
         })
+    }
+}
+
+/// The transmission type that the drive's RPDO of commands has, if a command can have it: it acts when it comes (254, 255), or at
+/// the next SYNC (0, 1).
+fn other_transmission(wish: &Wish<'_>, record: &PdoRecord) -> Option<Remedy> {
+    let found = u8::try_from(record.transmission.answer.number()?).ok()?;
+    let is_fit = wish.question == Question::Command && matches!(found, 0 | 1 | 254 | 255);
+    is_fit.then_some(Remedy::CommandTransmission(found))
+}
+
+/// False if it is known that `mapping` cannot be put into a PDO.
+fn can_carry(record: &PdoRecord, mapping: &[u32]) -> bool {
+    let length = i64::try_from(mapping.len()).unwrap_or(i64::MAX);
+    record.count.answer.is_there()
+        && record.count.access.may_write()
+        && record.entry_access != Access::ReadOnly
+        && record.count.most.is_none_or(|most| most >= length)
+}
+
+/// The key that names another PDO.
+const fn another_number(question: Question) -> &'static str {
+    match question {
+        Question::Command => "another drive, or another number in drive.pdo.rpdo",
+        Question::Feedback => "another drive, or another number in drive.pdo.tpdo",
+        _ => "another number in drive.pdo.torque_tpdo, or leave it out",
     }
 }
 

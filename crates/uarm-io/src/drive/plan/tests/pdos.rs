@@ -131,6 +131,46 @@ fn a_torque_that_acts_at_the_sync_has_type_1() {
     assert_eq!(of_index(&written(&planned(drive(), &wish)), &["1400:2"]), ["1400:2 = 1"]);
 }
 
+/// RPDO1 has a fixed type: the robot file says when the torque acts.
+#[test]
+fn a_command_whose_transmission_type_is_fixed_names_when_its_torque_acts() {
+    let remedy = |transmission| {
+        let refused = *planned(drive().ro(0x1400, 2, transmission), &wishes()).refusal().unwrap();
+        assert_eq!((refused.question, refused.object), (Question::Command, Address::new(0x1400, 2)));
+        refused.remedy.to_string()
+    };
+    assert_eq!(remedy(1), "drive.torque_applies = \"at-sync\"");
+    assert_eq!(remedy(0), "drive.torque_applies = \"at-sync\" and drive.pdo.rpdo_transmission = 0");
+    assert_eq!(remedy(254), "drive.torque_applies = \"on-reception\" and drive.pdo.rpdo_transmission = 254");
+    assert_eq!(remedy(7), "another drive, or another number in drive.pdo.rpdo", "at each seventh SYNC");
+    let at_sync = DriveConfiguration { torque_applies: crate::drive::wishes::TorqueApplies::AtSync, ..wishes() };
+    assert_eq!(planned(drive().ro(0x1400, 2, 1), &at_sync).verdict(), Verdict::Works);
+}
+
+/// TPDO1 cannot be made to answer each SYNC; another can, if nothing else uses it.
+#[test]
+fn another_tpdo_is_named_where_the_transmission_type_of_the_first_is_fixed() {
+    let fixed = drive().ro(0x1800, 2, 255);
+    let refused = *planned(fixed.clone(), &wishes()).refusal().unwrap();
+    assert_eq!((refused.object, refused.verdict), (Address::new(0x1800, 2), Verdict::Cannot));
+    let second = fixed.pdo(0x1801, 0x8000_0282, 255, &[0x6041_0010]);
+    let helped = *planned(second.clone(), &wishes()).refusal().unwrap();
+    assert_eq!(helped.remedy, Remedy::PdoNumber(PdoKind::Transmit, PdoNumber::SECOND));
+    let mut wish = wishes();
+    wish.pdos.feedback.number = PdoNumber::SECOND;
+    assert!(planned(second.clone(), &wish).refusal().is_none());
+    let mut kept = wishes();
+    kept.pdos.kept.push((PdoKind::Transmit, PdoNumber::SECOND)).unwrap();
+    for (dictionary, wish) in [
+        (second.clone(), &kept),
+        (second.clone().ro(0x1801, 2, 255), &wishes()),
+        (second.clone().ro(0x1801, 1, 0x8000_0282), &wishes()),
+        (second.ro(0x1A01, 0, 1), &wishes()),
+    ] {
+        assert_eq!(finding(&planned(dictionary, wish), Question::Feedback).verdict, Verdict::Cannot);
+    }
+}
+
 /// Over SDO a drive is asked until eight numbers are absent, so that a PDO behind them is known from a dictionary file only: the
 /// start would leave it on, unless `drive.writes` switches it off.
 #[test]
