@@ -3,12 +3,19 @@
 use super::finding::{Finding, Question, Remedy, Verdict, Wanted};
 use super::planner::{Fit, Planner};
 use crate::drive::objects::{self, Object};
+use crate::drive::pdo_objects::PdoKind;
 use crate::drive::survey::Answer;
 use crate::drive::wishes::Operation;
+use canopen_rs::DataType;
 
 /// 1000h: the low word is the device profile.
 const PROFILE_MASK: i64 = 0xFFFF;
 const READ_AT_START: &str = "it is read at start";
+
+/// True if a PDO carries a whole number of this type in as many bits as one of `wanted`; makers mistake signs.
+fn is_as_wide(stated: DataType, wanted: DataType) -> bool {
+    stated != DataType::Real32 && stated.fixed_size() == wanted.fixed_size()
+}
 
 impl Planner<'_> {
     pub(super) fn device_type(&mut self) -> Finding {
@@ -78,14 +85,28 @@ impl Planner<'_> {
     }
 
     pub(super) fn cyclic_objects(&mut self) -> Finding {
-        const CARRIED: [&Object; 4] =
-            [&objects::CONTROLWORD, &objects::STATUSWORD, &objects::POSITION_ACTUAL, &objects::TARGET_TORQUE];
-        let present = Wanted::Words("there");
-        let absent = CARRIED.into_iter().find(|object| !self.answer(object).is_there());
-        match absent {
-            Some(object) => self.row(Question::CyclicObjects, object, present).refusing("another drive"),
-            None => self.row(Question::CyclicObjects, &objects::TARGET_TORQUE, present),
+        const CARRIED: [(&Object, PdoKind); 4] = [
+            (&objects::CONTROLWORD, PdoKind::Receive),
+            (&objects::STATUSWORD, PdoKind::Transmit),
+            (&objects::POSITION_ACTUAL, PdoKind::Transmit),
+            (&objects::TARGET_TORQUE, PdoKind::Receive),
+        ];
+        for (object, kind) in CARRIED {
+            let known = self.answered(object);
+            let (is_accessible, access) = match kind {
+                PdoKind::Receive => (known.access.may_write(), "writable"),
+                PdoKind::Transmit => (known.access.may_read(), "readable"),
+            };
+            let other_type = known.data_type.filter(|stated| !is_as_wide(*stated, object.data_type));
+            if known.answer.is_there() && is_accessible && other_type.is_none() {
+                continue;
+            }
+            let wanted = Wanted::Type(object.data_type, access);
+            let row = self.row(Question::CyclicObjects, object, wanted);
+            let found = other_type.map_or(row.found, Answer::OtherType);
+            return Finding { found, ..row }.refusing("another drive");
         }
+        self.row(Question::CyclicObjects, &objects::TARGET_TORQUE, Wanted::Words("there"))
     }
 
     /// The objects that the robot file writes: each there and writable. Those that read so already are not written.

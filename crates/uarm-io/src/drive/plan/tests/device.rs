@@ -29,6 +29,37 @@ fn a_pinned_identity_must_be_the_drives() {
     assert_eq!((plan.refusal(), finding(&plan, Question::Identity).verdict), (None, Verdict::WorksWith));
 }
 
+/// A PDO carries them: in so many bits, and in one direction.
+#[test]
+fn objects_of_the_cycle_have_the_standards_width_and_direction() {
+    use canopen_rs::DataType;
+    let with = |index, access, data_type| {
+        let mut dictionary = drive();
+        let object = dictionary.0.get_mut(&(index, 0)).unwrap();
+        (object.access, object.data_type) = (access, Some(data_type));
+        finding(&planned(dictionary, &wishes()), Question::CyclicObjects)
+    };
+    for (index, access, data_type, expected) in [
+        (0x6064, Access::ReadOnly, DataType::Integer32, Verdict::Works),
+        (0x6064, Access::ReadOnly, DataType::Unsigned32, Verdict::Works),
+        (0x6064, Access::ReadOnly, DataType::Integer16, Verdict::Cannot),
+        (0x6064, Access::ReadOnly, DataType::Real32, Verdict::Cannot),
+        (0x6064, Access::WriteOnly, DataType::Integer32, Verdict::Cannot),
+        (0x6041, Access::WriteOnly, DataType::Unsigned16, Verdict::Cannot),
+        (0x6071, Access::WriteOnly, DataType::Integer16, Verdict::Works),
+        (0x6071, Access::ReadWrite, DataType::Integer32, Verdict::Cannot),
+        (0x6071, Access::ReadOnly, DataType::Integer16, Verdict::Cannot),
+        (0x6040, Access::ReadOnly, DataType::Unsigned16, Verdict::Cannot),
+    ] {
+        let row = with(index, access, data_type);
+        assert_eq!(row.verdict, expected, "{index:04X} {access:?} {data_type:?}");
+    }
+    assert_eq!(
+        with(0x6071, Access::ReadWrite, DataType::Integer32).to_string(),
+        "6071h:00 (target torque) is of type i32, expected writable, of type i16: another drive"
+    );
+}
+
 #[test]
 fn a_position_drive_is_refused_before_anything_else() {
     let dictionary = drive().ro(0x6502, 0, 0x3_01A5).without(0x6071, 0);
