@@ -70,6 +70,21 @@ fn the_papers_robot_is_found_in_the_logs_of_its_task() {
     assert_eq!(code, Some(if told == TRUTH.len() { 0 } else { 3 }));
 }
 
+/// A torque that acts one SYNC later, and later still in the drive, is laid to the time at which it acts.
+#[test]
+fn drives_that_apply_their_torque_late_are_no_friction() {
+    let robot = scratch("identify-late.toml");
+    let original = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/robots/uarm.toml")).unwrap();
+    let late = "rated_torque_nm = 0.2, torque_applies = \"at-sync\", torque_delay_us = 700,";
+    let text = original.replace("rated_torque_nm = 0.2,", late);
+    assert_ne!(text, original);
+    std::fs::write(&robot, text).unwrap();
+    let run = log("late", &["--robot", robot.to_str().unwrap(), "--controller", "neural"]);
+    let (_, report) = identified(&[&run]);
+    assert_eq!(report["explains"], true, "{report}");
+    assert!(told(&report) >= 9, "{report}");
+}
+
 /// Numbers that the run does not tell stay what they were.
 #[test]
 fn the_robot_file_has_what_was_found() {

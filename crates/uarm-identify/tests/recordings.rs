@@ -12,14 +12,7 @@ const PERIOD: Duration = Duration::from_millis(3);
 const RESOLUTION: f64 = core::f64::consts::TAU / 33_739.0;
 
 fn fitted() -> UarmImperfections {
-    UarmImperfections {
-        viscous_friction: [0.0402, 0.01192, 0.01192],
-        coulomb_friction: [0.02802, 0.04985, 0.0305],
-        base_inertia_scale: 1.10368,
-        link_inertia_scale: 1.36835,
-        gain: 1.0022,
-        tilt: [-0.24691, -0.11777],
-    }
+    UarmPlantParameters::fitted().imperfections()
 }
 
 /// The values of `imperfections` in the order of [`UarmParameter::ALL`].

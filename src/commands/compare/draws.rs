@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 use uarm_loop::outcome::Indices;
-use uarm_sim::UarmPlantParameters;
+use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
 use crate::study::collection::{Collection, Header, Numbered};
 use crate::study::start::StartVariation;
@@ -107,13 +107,14 @@ pub struct DrawnPlant {
 
 impl From<&UarmPlantParameters> for DrawnPlant {
     fn from(plant: &UarmPlantParameters) -> Self {
-        Self {
-            viscous_friction: (*plant.viscous_friction()).into(),
-            coulomb_friction: (*plant.coulomb_friction()).into(),
-            base_inertia_scale: plant.base_inertia_scale(),
-            link_inertia_scale: plant.link_inertia_scale(),
-            gain: plant.gain(),
-            tilt: (*plant.tilt()).into(),
-        }
+        let UarmImperfections {
+            viscous_friction,
+            coulomb_friction,
+            base_inertia_scale,
+            link_inertia_scale,
+            gain,
+            tilt,
+        } = plant.imperfections();
+        Self { viscous_friction, coulomb_friction, base_inertia_scale, link_inertia_scale, gain, tilt }
     }
 }

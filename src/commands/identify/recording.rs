@@ -105,33 +105,35 @@ impl Recordings {
         }
         self.cycles += cycles.len();
         let torques = torques(&self.robot, &cycles, source).with_context(|| name.to_string())?;
-        let late = match applies(&self.robot)? {
-            TorqueApplies::OnReception => 0,
-            TorqueApplies::AtSync => 1,
-        };
-        let torques = std::iter::repeat_n([0.0; JOINTS], late).chain(torques);
+        let applies = applies(&self.robot)?;
         let mut piece: Vec<Sample<JOINTS>> = Vec::new();
-        for (cycle, torque) in cycles.iter().zip(torques) {
-            let follows = cycle.tick == 0 || cycle.elapsed_ticks == 1;
+        // What the drives were told in the last two cycles, the newest first; nothing where a cycle is missing.
+        let mut history: [Option<[f64; JOINTS]>; 2] = [None; 2];
+        for (cycle, told) in cycles.iter().zip(torques) {
+            let is_first = cycle.tick == 0;
+            if is_first {
+                history = [Some([0.0; JOINTS]); 2];
+            } else if cycle.elapsed_ticks != 1 {
+                history = [None; 2];
+            }
+            let [last, last_but_one] = history;
+            let (acts, before) = match applies {
+                TorqueApplies::OnReception => (Some(told), last),
+                TorqueApplies::AtSync => (last, last_but_one),
+            };
             let is_measured = cycle.angle_sources.iter().all(|source| *source == AngleSource::Measured);
-            if !follows || !is_measured {
+            if !is_measured || !is_first && cycle.elapsed_ticks != 1 {
                 self.gaps += 1;
                 self.pieces.push(std::mem::take(&mut piece));
             }
-            if is_measured {
-                let torque_before = piece.last().map_or([0.0; JOINTS], |before| before.torque);
+            if let (true, Some(torque), Some(torque_before)) = (is_measured, acts, before) {
                 let sample = self.sample(cycle, torque, torque_before, site);
                 self.is_disturbed |= sample.disturbance.iter().any(|torque| *torque != 0.0);
                 piece.push(sample);
             }
+            history = [Some(told), last];
         }
         self.pieces.push(piece);
-        // What acted before the first cycle of a piece that is no beginning is not known.
-        for piece in &mut self.pieces {
-            if piece.first().is_some_and(|first| first.torque_at > first.at) && piece.len() > 1 {
-                piece.remove(0);
-            }
-        }
         Ok(())
     }
 

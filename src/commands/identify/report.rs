@@ -4,7 +4,6 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 use uarm_identify::{Identified, Told, Uarm, UarmParameter};
-use uarm_sim::UarmImperfections;
 
 use super::recording::Recordings;
 use crate::robot::file;
@@ -163,15 +162,7 @@ fn counted(number: usize, name: &str) -> String {
 
 /// `[plant]` with what was told; of the rest, what the robot file had, or none.
 fn plant(recordings: &Recordings, model: &Uarm, found: &Identified) -> file::Plant {
-    let before = recordings.robot.plant;
-    let before = UarmImperfections {
-        viscous_friction: (*before.viscous_friction()).into(),
-        coulomb_friction: (*before.coulomb_friction()).into(),
-        base_inertia_scale: before.base_inertia_scale(),
-        link_inertia_scale: before.link_inertia_scale(),
-        gain: before.gain(),
-        tilt: (*before.tilt()).into(),
-    };
+    let before = recordings.robot.plant.imperfections();
     let told =
         |parameter: UarmParameter| found.estimate(parameter).is_some_and(|estimate| estimate.told != Told::NotTold);
     let new = model.imperfections(&found.values());
@@ -184,12 +175,7 @@ fn plant(recordings: &Recordings, model: &Uarm, found: &Identified) -> file::Pla
         link_scale: pick(UarmParameter::Links, new.link_inertia_scale, before.link_inertia_scale),
         viscous_friction_nm_s: each(UarmParameter::Viscous, new.viscous_friction, before.viscous_friction),
         coulomb_friction_nm: each(UarmParameter::Coulomb, new.coulomb_friction, before.coulomb_friction),
-        // A gain that was known is the one that all others belong to.
-        torque_gain: if found.estimate(UarmParameter::Gain).is_some() {
-            pick(UarmParameter::Gain, new.gain, before.gain)
-        } else {
-            new.gain
-        },
+        torque_gain: pick(UarmParameter::Gain, new.gain, before.gain),
         tilt_m_per_s2: std::array::from_fn(|axis| pick(UarmParameter::Tilt(axis), new.tilt[axis], before.tilt[axis])),
     }
 }

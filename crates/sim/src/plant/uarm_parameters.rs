@@ -103,6 +103,18 @@ impl UarmPlantParameters {
         }
     }
 
+    /// The same as plain numbers.
+    pub fn imperfections(&self) -> UarmImperfections {
+        UarmImperfections {
+            viscous_friction: self.viscous_friction.into(),
+            coulomb_friction: self.coulomb_friction.into(),
+            base_inertia_scale: self.base_inertia_scale,
+            link_inertia_scale: self.link_inertia_scale,
+            gain: self.gain,
+            tilt: self.tilt.into(),
+        }
+    }
+
     /// Viscous friction of joints 1, 2, 3, N·m·s/rad.
     pub const fn viscous_friction(&self) -> &Vector3<f64> {
         &self.viscous_friction
@@ -161,6 +173,7 @@ mod tests {
     #[test]
     fn the_fitted_parameters_pass_their_own_check() {
         assert_eq!(UarmPlantParameters::new(plain()), Ok(UarmPlantParameters::fitted()));
+        assert_eq!(UarmPlantParameters::fitted().imperfections(), plain());
     }
 
     #[test]

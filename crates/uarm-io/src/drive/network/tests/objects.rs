@@ -133,16 +133,21 @@ fn a_second_start_writes_nothing() {
     assert_eq!(writes(&network, 1), []);
 }
 
+/// The first drive of `network`, which has been told to count or would be, is told not to, and a plain SYNC is sent.
+fn assert_starts_without_a_counter(network: &mut DriveNetwork<FakeBus, 3>) {
+    let started = start(network).unwrap();
+    assert_eq!(started.sync_payload, SyncPayload::Empty);
+    assert_eq!(value(network, 0, &SYNC_COUNTER_OVERFLOW), Value::Unsigned8(0));
+    network.sync().unwrap();
+    assert_eq!(*network.link().sent.last().unwrap(), wire::plain_sync_frame());
+}
+
 #[test]
 fn one_drive_without_a_counter_makes_the_sync_of_all_one_without() {
     let mut network = network();
     network.link_mut().drives[1].lacks.push(SYNC_COUNTER_OVERFLOW.address());
     network.link_mut().drives[0].dictionary.set(SYNC_COUNTER_OVERFLOW.address(), Value::Unsigned8(240)).unwrap();
-    let started = start(&mut network).unwrap();
-    assert_eq!(started.sync_payload, SyncPayload::Empty);
-    assert_eq!(value(&network, 0, &SYNC_COUNTER_OVERFLOW), Value::Unsigned8(0));
-    network.sync().unwrap();
-    assert_eq!(*network.link().sent.last().unwrap(), wire::plain_sync_frame());
+    assert_starts_without_a_counter(&mut network);
 }
 
 /// The second drive tells that its 1019h is fixed only when the first has been told to count.
@@ -151,11 +156,7 @@ fn one_drive_whose_counter_is_fixed_at_0_makes_the_sync_of_all_one_without() {
     let mut network = network();
     let fixed = Entry::constant(Value::Unsigned8(0));
     network.link_mut().drives[1].dictionary.insert(SYNC_COUNTER_OVERFLOW.address(), fixed).unwrap();
-    let started = start(&mut network).unwrap();
-    assert_eq!(started.sync_payload, SyncPayload::Empty);
-    assert_eq!(value(&network, 0, &SYNC_COUNTER_OVERFLOW), Value::Unsigned8(0));
-    network.sync().unwrap();
-    assert_eq!(*network.link().sent.last().unwrap(), wire::plain_sync_frame());
+    assert_starts_without_a_counter(&mut network);
 }
 
 #[test]
