@@ -109,12 +109,26 @@ fn the_robot_file_has_what_was_found() {
     assert_eq!(refused.status.code(), Some(1), "{}", text(&refused.stderr));
 }
 
+/// The case of a real robot. A friction that the search takes to its least value on its way comes up again.
+#[test]
+fn a_run_without_a_disturbance_is_found_under_every_law() {
+    for law in ["nonlinear", "adaptive", "neural-model", "fuzzy-model", "computed-torque"] {
+        let run = log(&format!("undisturbed-{law}"), &["--controller", law, "--disturbance", "none"]);
+        let (_, report) = identified(&[&run]);
+        assert_eq!(report["converged"], true, "{law}: {report}");
+        assert_eq!(report["explains"], true, "{law}: {report}");
+        assert!(told(&report) >= 7, "{law}: {report}");
+    }
+}
+
 #[test]
 fn what_cannot_be_identified_is_refused() {
     let ideal = log("seven", &["--robot", concat!(env!("CARGO_MANIFEST_DIR"), "/robots/ets-vii.toml")]);
     let run = log("short", &["--controller", "nonlinear"]);
     let period = log("period", &["--controller", "nonlinear", "--period", "2ms"]);
+    let approached = log("approached", &["--controller", "nonlinear", "--approach", "1s"]);
     for (arguments, code, expected) in [
+        (vec![approached.as_str()], 1, "an approach with a disturbance of the plant"),
         (vec![ideal.as_str()], 1, "3 active joints: expected the paper's arm"),
         (vec![&run, &period], 1, "another robot file than the first run's"),
         (vec![&run, "--torque", "reported"], 1, "joint 2 reported no torque, expected reports of all active joints"),

@@ -41,6 +41,15 @@ impl fmt::Display for Estimate {
     }
 }
 
+/// Why a search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SearchEnd {
+    /// No step is worth taking any more.
+    Converged,
+    /// It had taken as many as it may: where it stands says nothing.
+    StepLimit,
+}
+
 /// The numbers of a robot, and how well they explain its recordings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identified {
@@ -59,6 +68,8 @@ pub struct Identified {
     pub windows: usize,
     /// Steps of the search.
     pub steps: usize,
+    /// Why it took no more.
+    pub end: SearchEnd,
 }
 
 impl Identified {
@@ -78,8 +89,8 @@ impl Identified {
         self.estimates.iter().find(|estimate| estimate.name == name)
     }
 
-    /// Does the model leave no more than encoders do?
+    /// Has the search found its end, and does the model leave no more than encoders do there?
     pub fn explains(&self) -> bool {
-        self.residual <= Self::LARGEST_RESIDUAL
+        self.end == SearchEnd::Converged && self.residual <= Self::LARGEST_RESIDUAL
     }
 }

@@ -1,6 +1,6 @@
 //! The search.
 
-use crate::estimate::{Estimate, Identified, Told};
+use crate::estimate::{Estimate, Identified, SearchEnd, Told};
 use crate::model::{Model, Parameter};
 use crate::sample::{Sample, windows};
 use crate::shooting::{Normal, Shot, Step};
@@ -57,11 +57,16 @@ pub fn identify<const J: usize, S: AsRef<[Sample<J>]>>(
     }
     let mut search = Search::new(model, parameters, shots, noise).ok_or(IdentifyError::Start)?;
     let mut steps = 0;
-    while steps < MOST_STEPS && search.improve() {
+    let mut end = SearchEnd::StepLimit;
+    while steps < MOST_STEPS {
+        if !search.improve() {
+            end = SearchEnd::Converged;
+            break;
+        }
         steps += 1;
         after(search.residual());
     }
-    Ok(search.found(steps))
+    Ok(search.found(steps, end))
 }
 
 fn check<const J: usize, S: AsRef<[Sample<J>]>>(recordings: &[S]) -> Result<(), IdentifyError> {
@@ -102,7 +107,9 @@ impl<'a, M: Model<J>, const J: usize> Search<'a, M, J> {
     /// Takes one step that lowers the cost; false if there is none that is worth it.
     fn improve(&mut self) -> bool {
         while self.damping < MOST_DAMPING {
-            if let Some(lower) = self.normal.step(self.damping).and_then(|step| self.tried(&step)) {
+            let room = self.values.iter().zip(&self.parameters).map(|(value, of)| (of.least - value) / of.scale);
+            let room: Vec<_> = room.collect();
+            if let Some(lower) = self.normal.step(self.damping, &room).and_then(|step| self.tried(&step)) {
                 let gain = self.normal.cost - lower.normal.cost;
                 let is_worth_it = gain > SMALL_GAIN * self.normal.cost;
                 (self.values, self.shots, self.normal) = (lower.values, lower.shots, lower.normal);
@@ -131,7 +138,7 @@ impl<'a, M: Model<J>, const J: usize> Search<'a, M, J> {
         Some(Tried { values, shots, normal })
     }
 
-    fn found(self, steps: usize) -> Identified {
+    fn found(self, steps: usize, end: SearchEnd) -> Identified {
         let residuals: Vec<_> =
             self.shots.iter().filter_map(|shot| shot.residual(self.model, &self.values, &self.noise)).collect();
         let samples: usize = residuals.iter().map(|residual| residual.len()).sum();
@@ -166,6 +173,7 @@ impl<'a, M: Model<J>, const J: usize> Search<'a, M, J> {
             samples: samples / J,
             windows: self.shots.len(),
             steps,
+            end,
         }
     }
 

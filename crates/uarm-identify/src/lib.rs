@@ -41,7 +41,7 @@
 //! |---|---|
 //! | [`Sample`] | a cycle of a recording |
 //! | [`Model`], [`Uarm`] | what is simulated with which parameters; the paper's robot |
-//! | [`identify`], [`Identified`], [`Estimate`] | the fit, and what it found |
+//! | [`identify`], [`Identified`], [`Estimate`], [`SearchEnd`] | the fit, and what it found |
 //! | [`IdentifyError`] | why there is none |
 #![forbid(unsafe_code)]
 
@@ -52,7 +52,7 @@ mod sample;
 mod shooting;
 mod uarm;
 
-pub use estimate::{Estimate, Identified, Told};
+pub use estimate::{Estimate, Identified, SearchEnd, Told};
 pub use fit::{IdentifyError, MOST_STEPS, identify};
 pub use model::{Model, Parameter};
 pub use sample::{Sample, WINDOW};

@@ -150,10 +150,11 @@ impl Normal {
     }
 
     /// The step of Levenberg and Marquardt: each diagonal larger by the share `damping` (Marquardt 1963). `None` if the equations are
-    /// singular, which they are not with damping.
-    pub(crate) fn step(&self, damping: f64) -> Option<Step> {
+    /// singular, which they are not with damping. No parameter goes down by more than its `room`, negative or 0, in units of its scale:
+    /// one that would is held there, and the others are solved for beside it.
+    pub(crate) fn step(&self, damping: f64, room: &[f64]) -> Option<Step> {
         let (reduced, gradient) = self.reduced(damping)?;
-        let parameters = -reduced.cholesky()?.solve(&gradient);
+        let parameters = held_within(&reduced, &gradient, room)?;
         let start = |block: &Block| {
             let right = &block.gradient_of_start + block.cross.tr_mul(&parameters);
             Some(-damped(&block.of_start, damping).cholesky()?.solve(&right))
@@ -172,6 +173,29 @@ impl Normal {
             gradient -= cross * factor.solve(gradient_of_start);
         }
         Some((reduced, gradient))
+    }
+}
+
+/// x that solves `matrix` x = −`gradient` but for the rows in which it would be below `room`.
+fn held_within(matrix: &DMatrix<f64>, gradient: &DVector<f64>, room: &[f64]) -> Option<DVector<f64>> {
+    let mut held = vec![false; room.len()];
+    loop {
+        let (mut equations, mut right) = (matrix.clone(), -gradient);
+        for (index, room) in room.iter().enumerate().filter(|(index, _)| held[*index]) {
+            right -= matrix.column(index) * *room;
+            equations.row_mut(index).fill(0.0);
+            equations.column_mut(index).fill(0.0);
+            equations[(index, index)] = 1.0;
+        }
+        for (index, room) in room.iter().enumerate().filter(|(index, _)| held[*index]) {
+            right[index] = *room;
+        }
+        let step = equations.cholesky()?.solve(&right);
+        let below: Vec<_> = (0..room.len()).filter(|index| !held[*index] && step[*index] < room[*index]).collect();
+        if below.is_empty() {
+            return Some(step);
+        }
+        below.into_iter().for_each(|index| held[index] = true);
     }
 }
 

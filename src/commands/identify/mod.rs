@@ -101,9 +101,15 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         Gain::Sought => None,
     };
     let report = Report::new(&recordings, arguments.runs.len(), &model, known, &found?);
-    if let Some(path) = &arguments.out {
+    if let Some(path) = arguments.out.as_ref().filter(|_| report.explains()) {
         let text = robot_file(&recordings, &report)?;
         outputs.write(path, |output| output.write_all(text.as_bytes())).context("--out")?;
+    }
+    if let Some(path) = arguments.out.as_ref().filter(|_| !report.explains()) {
+        console::tell(format_args!(
+            "uarm: {}: not written, since the numbers do not explain the motion",
+            path.display()
+        ));
     }
     if arguments.json {
         console::print_json(&report)?;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Context;
+use hinf_control::Disturbance;
 use uarm_identify::Sample;
 use uarm_io::drive::wishes::TorqueApplies;
 use uarm_log::ordered::InOrder;
@@ -73,6 +74,15 @@ pub fn read(files: &[PathBuf], source: TorqueSource) -> anyhow::Result<Recording
             anyhow::bail!("{name}: another robot file than the first run's: expected runs of one robot");
         }
         let settings = run.settings().with_context(|| file.display().to_string())?;
+        if settings.approach.is_some()
+            && settings.disturbance != Disturbance::None
+            && settings.disturbance_site == DisturbanceSite::Plant
+        {
+            let name = file.display();
+            anyhow::bail!(
+                "{name}: an approach with a disturbance of the plant, which has a clock of its own: expected a run without one of the two"
+            );
+        }
         recordings.add(file, settings.disturbance_site, source)?;
     }
     let (_, recordings) = all.context("no run")?;

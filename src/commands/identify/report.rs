@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
-use uarm_identify::{Identified, Told, Uarm, UarmParameter};
+use uarm_identify::{Identified, SearchEnd, Told, Uarm, UarmParameter};
 
 use super::recording::Recordings;
 use crate::robot::file;
@@ -44,6 +44,8 @@ pub struct Report {
     residual: f64,
     correlation: f64,
     explains: bool,
+    /// Whether the search found its end.
+    converged: bool,
     parameters: Vec<Row>,
     confounded: Vec<Pair>,
     /// `[plant]` of a robot file.
@@ -86,10 +88,16 @@ impl Report {
             residual: found.residual,
             correlation: found.correlation,
             explains: found.explains(),
+            converged: found.end == SearchEnd::Converged,
             parameters: found.estimates.iter().map(row).collect(),
             confounded: found.confounded.iter().map(pair).collect(),
             plant: plant(recordings, model, found),
         }
+    }
+
+    /// Does what was found explain the motion?
+    pub const fn explains(&self) -> bool {
+        self.explains
     }
 
     /// `[plant]` of a robot file.
@@ -132,6 +140,8 @@ impl Report {
         }
         let verdict = if self.explains {
             "the model explains the motion"
+        } else if !self.converged {
+            "the search did NOT come to an end: these numbers say nothing"
         } else {
             "the model does NOT explain the motion: standard errors say nothing"
         };
