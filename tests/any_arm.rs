@@ -86,6 +86,7 @@ fn a_log_of_seven_joints_is_shown_and_replayed_without_its_urdf() {
     assert!(shown.status.success() && text.contains("joint 7") && !text.contains("base drift"), "{text}");
     let header = std::fs::read_to_string(&csv).unwrap().lines().next().unwrap().to_owned();
     assert!(header.contains("position_1_rad") && header.contains("torque_applied_7_nm"), "{header}");
+    assert!(!header.contains("base_acceleration"), "no sensor is on the base: {header}");
     assert!(std::fs::read_to_string(&figure).unwrap().contains("joint 7"));
 
     let seen = uarm(&["monitor", "--once", log]);

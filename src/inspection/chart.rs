@@ -13,8 +13,32 @@ use super::panels::curve_names;
 use super::plain_text;
 
 /// The dots of the first curve, the characters of the others: they differ without colours too.
-const MARKERS: [(Marker, &str); 3] =
-    [(Marker::Braille, "\u{2812}"), (Marker::Dot, "\u{2022}"), (Marker::Custom('+'), "+")];
+const MARKERS: [Mark; 3] = [
+    Mark { marker: Marker::Braille, symbol: '\u{2812}' },
+    Mark { marker: Marker::Dot, symbol: '\u{2022}' },
+    Mark { marker: Marker::Custom('+'), symbol: '+' },
+];
+
+/// What a curve is drawn with, and what stands for it in the title.
+#[derive(Clone, Copy, Debug)]
+struct Mark {
+    marker: Marker,
+    symbol: char,
+}
+
+/// The marks of so many curves of these names: of more than there are characters that tell them apart, each is drawn with the number of
+/// its joint, or with a letter of its own.
+fn marks(names: &[String]) -> Vec<Mark> {
+    if names.len() <= MARKERS.len() {
+        return MARKERS.into_iter().take(names.len()).collect();
+    }
+    let mut letters = 'a'..='z';
+    let of = |name: &String| {
+        let number = name.strip_prefix("joint ").and_then(|number| number.parse().ok());
+        number.or_else(|| letters.next()).unwrap_or('*')
+    };
+    names.iter().map(of).map(|symbol| Mark { marker: Marker::Custom(symbol), symbol }).collect()
+}
 /// Lines that a panel takes as plain text.
 const PANEL_LINES: u16 = 16;
 /// Lines and columns of a panel that are not its coordinate system's: the frame, and the horizontal axis with its labels.
@@ -48,15 +72,17 @@ impl Widget for PanelChart<'_> {
             .iter()
             .map(|curve| (curve.stroke, curve.points.iter().map(|[x, y]| (*x, *y)).collect()))
             .collect();
-        let datasets = curves.iter().zip(MARKERS.iter().cycle()).map(|((stroke, points), (marker, _))| {
-            Dataset::default().data(points).marker(*marker).graph_type(GraphType::Line).style(style(stroke))
+        let names = names(panel);
+        let marks = marks(&names);
+        let datasets = curves.iter().zip(&marks).map(|((stroke, points), mark)| {
+            Dataset::default().data(points).marker(mark.marker).graph_type(GraphType::Line).style(style(stroke))
         });
         let labels = vertical_labels(&panel.y, area.height.saturating_sub(FRAME_LINES) / LINES_PER_LABEL);
         let label_columns = labels.iter().map(|label| label.chars().count()).max().unwrap_or_default();
         // The first curve is drawn last: its fine dots would disappear below the others' characters.
         let datasets: Vec<_> = datasets.collect::<Vec<_>>().into_iter().rev().collect();
         Chart::new(datasets)
-            .block(Block::bordered().title(title(panel)))
+            .block(Block::bordered().title(title(panel, &names, &marks)))
             // Empty labels keep their line free: those of the library do not stand where their ticks are.
             .x_axis(axis(&panel.x).labels(["", ""]))
             .y_axis(axis(&panel.y).labels(labels))
@@ -66,14 +92,23 @@ impl Widget for PanelChart<'_> {
 }
 
 /// The vertical axis' label and the curves' names.
-fn title(panel: &Panel) -> Line<'static> {
+fn title(panel: &Panel, names: &[String], marks: &[Mark]) -> Line<'static> {
     let mut spans = vec![Span::from(format!(" {} over {}", panel.y.label, panel.x.label)).bold()];
-    for (curve, (_, symbol)) in panel.curves.iter().zip(MARKERS.iter().cycle()) {
-        let name = curve_names().find(|(_, stroke)| *stroke == curve.stroke).map_or(String::new(), |(name, _)| name);
-        spans.push(Span::styled(format!("   {symbol} {name}"), style(&curve.stroke)));
+    let are_many = names.len() > MARKERS.len();
+    for ((curve, name), Mark { symbol, .. }) in panel.curves.iter().zip(names).zip(marks) {
+        // A line has no room for the names of many: their numbers say it, and letters stand for what drives reported.
+        let text = if are_many { format!(" {symbol}") } else { format!("   {symbol} {name}") };
+        spans.push(Span::styled(text, style(&curve.stroke)));
     }
     spans.push(Span::from(" "));
     Line::from(spans)
+}
+
+/// The names of the curves.
+fn names(panel: &Panel) -> Vec<String> {
+    let name =
+        |stroke: &Stroke| curve_names().find(|(_, other)| other == stroke).map_or(String::new(), |(name, _)| name);
+    panel.curves.iter().map(|curve| name(&curve.stroke)).collect()
 }
 
 fn axis(axis: &Axis) -> widgets::Axis<'static> {
@@ -139,6 +174,26 @@ mod tests {
         assert_eq!(places, [3, 18, 33, 47, 62], "{text}");
         assert_eq!((lines[1][1], lines[10][1]), ('4', '0'), "{text}");
         assert!(('\u{2801}'..='\u{28ff}').contains(&lines[1][62]), "{text}");
+    }
+
+    /// Seven joints, and what the drives of two of them reported.
+    #[test]
+    fn many_curves_are_drawn_with_their_numbers() {
+        let axis = |label| Axis::new(label, 0.0..4.0, 1.0, 0);
+        let line = |height: f64| [[0.0, height], [4.0, height]];
+        let panel = Panel::new("", axis("Time (s)"), axis("Torque (N m)"));
+        let panel = (1..=7)
+            .fold(panel, |panel, joint| panel.with(crate::figures::style::of_joint(joint), line(0.5 * joint as f64)));
+        let panel = [2, 3]
+            .into_iter()
+            .fold(panel, |panel, joint| panel.with(crate::figures::style::reported_by_joint(joint), line(0.1)));
+        let mut buffer = Buffer::empty(Rect::new(0, 0, 64, 20));
+        PanelChart(&panel).render(buffer.area, &mut buffer);
+        let text = plain_text::of(&buffer);
+        assert!(text.contains("Torque (N m) over Time (s) 1 2 3 4 5 6 7 a b "), "{text}");
+        for number in '1'..='7' {
+            assert!(text.lines().skip(1).any(|line| line.matches(number).count() > 40), "{number}: {text}");
+        }
     }
 
     #[test]

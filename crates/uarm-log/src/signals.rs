@@ -75,7 +75,9 @@ pub fn signals<const J: usize, const N: usize>(record: &CycleRecord<J, N>) -> Ve
     list.each("position", "_rad", 1, record.position.map(Value::Number));
     list.each("measured_position", "_rad", 1, record.measured_position.map(Value::Number));
     list.each("velocity", "_rad_per_s", 1, record.velocity.map(Value::Number));
-    list.each("base_acceleration", "_rad_per_s2", 1, [Value::Number(record.base_acceleration)]);
+    if J > N {
+        list.each("base_acceleration", "_rad_per_s2", 1, [Value::Number(record.base_acceleration)]);
+    }
     list.each("reference_position", "_rad", first_active, record.reference_position.map(Value::Number));
     list.each("reference_velocity", "_rad_per_s", first_active, record.reference_velocity.map(Value::Number));
     list.each("reference_acceleration", "_rad_per_s2", first_active, record.reference_acceleration.map(Value::Number));
