@@ -171,6 +171,56 @@ fn lists_of_another_length_are_refused_by_field() {
     assert!(message.contains("plant = a table: expected none"), "{message}");
 }
 
+/// What a newcomer tried: each is refused or told in the terms of robots.
+#[test]
+fn what_no_body_or_drive_has_is_told() {
+    let urdf = "tip = \"tool\"\n";
+    let with = |inertia: &str| format!("{urdf}spacecraft = {{ mass_kg = 100.0, inertia_kg_m2 = {inertia} }}\n");
+    for impossible in
+        ["[1.0, 1.0, 3.0, 0.0, 0.0, 0.0]", "[1.0, 1.0, -1.0, 0.0, 0.0, 0.0]", "[1.0, 1.0, 1.0, 2.0, 0.0, 0.0]"]
+    {
+        let message = refused("any_arm_inertia", &[(urdf, &with(impossible))], &[]);
+        assert!(message.contains("model.spacecraft = 100 kg") && message.contains("two others together"), "{message}");
+    }
+    let heavy = changed("any_arm_inertia", &[(urdf, &with("[10.0, 20.0, 29.0, 0.0, 0.0, 0.0]"))]);
+    let checked = uarm(&["check", "--robot", heavy.to_str().unwrap()]);
+    let text = String::from_utf8_lossy(&checked.stdout).into_owned();
+    // As published: docs/your-own-robot.md.
+    assert!(checked.status.success() && text.matches("no body has this inertia").count() == 1, "{text}");
+
+    // 16 bits of 1 048 576 counts per revolution are 22.5 degrees of 340.
+    let message = refused("any_arm_counter", &[("counter_bits = 32", "counter_bits = 16")], &[]);
+    assert!(message.contains("joints[0].encoder.counter_bits = 16") && message.contains("22.5 deg"), "{message}");
+
+    // A per mille of 100 kN m is 100 N m.
+    let coarse = [("rated_torque_nm = 100.0", "rated_torque_nm = 100000.0")];
+    let checked = uarm(&["check", "--robot", changed("any_arm_coarse", &coarse).to_str().unwrap()]);
+    let text = String::from_utf8_lossy(&checked.stdout).into_owned();
+    assert!(text.contains("less torque than one step of its drive, 100.0000 N m"), "{text}");
+    assert_eq!(text.matches("one step of its drive").count(), 1, "{text}");
+}
+
+#[test]
+fn a_robot_file_of_another_arm_is_mapped_and_refused_in_place_of_the_papers() {
+    let of = |name: &str| uarm(&["map", name, "--json"]);
+    let toml = of(file("seven-joint").to_str().unwrap());
+    let urdf = file("seven-joint").with_extension("urdf");
+    let urdf = uarm(&["map", urdf.to_str().unwrap(), "--tip", "tool", "--json"]);
+    assert!(toml.status.success(), "{}", String::from_utf8_lossy(&toml.stderr));
+    assert_eq!(toml.stdout, urdf.stdout);
+
+    let log = scratch("any_arm_of_the_paper.mcap");
+    let _ = std::fs::remove_file(&log);
+    let log = log.to_str().unwrap();
+    assert!(uarm(&["run", "--virtual-time", "--log", log]).status.success());
+    let replayed = uarm(&["replay", log, "--robot", file("seven-joint").to_str().unwrap()]);
+    let message = String::from_utf8_lossy(&replayed.stderr).into_owned();
+    assert_eq!(replayed.status.code(), Some(1), "{message}");
+    let expected =
+        "joints = 7 active joints: expected a passive base and 2 active joints, as the robot has whose place it takes";
+    assert!(message.contains(expected), "{message}");
+}
+
 /// A second arm, and a spacecraft that belongs to no URDF.
 #[test]
 fn an_arm_is_described_once() {

@@ -14,6 +14,7 @@ use crate::commands::run::{SimulatedEnd, rehearse};
 use crate::error_text::with_causes;
 use crate::exit::Exit;
 use crate::robot::RobotText;
+use crate::robot::model::impossible_inertia;
 use crate::robot::overrides::Overrides;
 use crate::robot::shape::for_shape;
 use crate::robot::{self, Robot, demand};
@@ -63,6 +64,9 @@ struct JointCheck {
     /// Angle range allowed, deg.
     limits_deg: [f64; 2],
     limits: Vec<Limit>,
+    /// The smallest torque that its drive can be told, N m, if the task never needs as much.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coarse_torque_step_nm: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -86,6 +90,9 @@ struct Check {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     profiles: Vec<String>,
     bus: BusCheck,
+    /// Links whose inertia no body can have.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    impossible_inertias: Vec<String>,
     /// Are counts and torques held against the model?
     supervised: bool,
     /// What a drive's dictionary leaves open of what is watched in a run.
@@ -145,6 +152,7 @@ fn check<const J: usize, const N: usize>(file: Option<&Path>, robot: &Robot<J, N
                 limit("torque", "N m", demand.torque, joint.torque_limit),
                 limit("torque rate", "N m/s", demand.torque_rate, joint.torque_rate_limit),
             ],
+            coarse_torque_step_nm: Some(joint.torque_scale.per_mille()).filter(|step| demand.torque < *step),
         }
     });
     let bus = &description.bus;
@@ -165,6 +173,7 @@ fn check<const J: usize, const N: usize>(file: Option<&Path>, robot: &Robot<J, N
             drive_heartbeat_ms: milliseconds(bus.drive_heartbeat),
             drive_timeout_ms: milliseconds(bus.drive_timeout),
         },
+        impossible_inertias: robot.impossible_inertias.clone(),
         supervised: description.supervision.is_some(),
         unjudged: Vec::new(),
         simulated: match robot.file.plant {
@@ -184,9 +193,18 @@ fn print(output: &mut impl Write, check: &Check) -> std::io::Result<()> {
             let share = 100.0 * needed / allowed;
             writeln!(output, "    {quantity:<12} {needed:>9.4} of {allowed:>9.4} {unit:<6} {share:>5.1} %")?;
         }
+        if let Some(step) = joint.coarse_torque_step_nm {
+            writeln!(
+                output,
+                "    the task needs less torque than one step of its drive, {step:.4} N m, a per mille of the rated torque: expect jerks"
+            )?;
+        }
     }
     for profile in &check.profiles {
         writeln!(output, "  {profile}")?;
+    }
+    for link in &check.impossible_inertias {
+        writeln!(output, "  {}", impossible_inertia(link))?;
     }
     let bus = &check.bus;
     writeln!(

@@ -146,7 +146,8 @@ fn encoder(
         .map_err(|error| check.refuse_as(field("counts_per_revolution"), counts, error))?;
     let counter_width = CounterWidth::new(encoder.counter_bits)
         .map_err(|error| check.refuse_as(field("counter_bits"), encoder.counter_bits, error))?;
-    if gear != GearRatio::DIRECT {
+    // The base of the paper's robot turns further than its counter, if that is of one turn, can tell: only its motion counts.
+    if gear != GearRatio::DIRECT || joint.role == Role::Active {
         let seen = 2.0_f64.powi(encoder.counter_bits.into()) * counts_per_revolution.resolution().to_degrees();
         let limits = &joint.limits;
         if seen <= limits.maximum_deg - limits.minimum_deg {

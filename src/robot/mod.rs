@@ -94,6 +94,8 @@ pub struct Robot<const J: usize = 3, const N: usize = 2> {
     pub arm: Arc<dyn Arm<J, N>>,
     /// What plants are made of.
     pub mechanics: Mechanics<N>,
+    /// Links of its URDF whose inertia no body can have.
+    pub impossible_inertias: Vec<String>,
     /// The settings of every law.
     pub controllers: ControllerSettings<N>,
     /// Trained premise sets of the fuzzy laws; without them they run with the untrained grid.
@@ -151,6 +153,13 @@ impl<const J: usize, const N: usize> Robot<J, N> {
     /// As [`Robot::load`].
     pub fn of_text(name: &Path, text: &str, overrides: &Overrides) -> Result<Self, RobotError> {
         let check = Checker::new(name);
+        // What is no robot at all is told by the whole file's check.
+        if let Ok(found) = Shape::of(name, text)
+            && found != Shape::of_joints::<J, N>()
+        {
+            let expected = format!("{}, as the robot has whose place it takes", Shape::of_joints::<J, N>());
+            return Err(check.refuse("joints", found, expected));
+        }
         let (mut file, unknown): (RobotFile<N>, _) = read(name, text)?;
         if let Some(field) = unknown.first() {
             return Err(check.refuse(with_brackets(field), "unknown field", known_fields::beside(field)));
@@ -189,7 +198,7 @@ impl<const J: usize, const N: usize> Robot<J, N> {
             check.refuse("control.period_us", file.control.period_us, expected)
         })?;
         let joints = joint::check::<J, N>(&file, &check)?;
-        let CheckedModel { arm, mechanics } = model::check::<J, N>(&file, &check)?;
+        let CheckedModel { arm, mechanics, impossible_inertias } = model::check::<J, N>(&file, &check)?;
         let task = task::check(&file.task, &check)?;
         let mut controllers = match file.controllers {
             Some(controllers) => controllers,
@@ -237,6 +246,7 @@ impl<const J: usize, const N: usize> Robot<J, N> {
                 }
             },
             mechanics,
+            impossible_inertias,
             file,
         })
     }

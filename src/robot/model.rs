@@ -16,6 +16,7 @@ use uarm_urdf::{Arm as UrdfArm, Selection, Spacecraft};
 use super::arm::{self, Arm};
 use super::error::{Checker, RobotError};
 use super::file::{self, ModelBase, ModelBaseNumbers, ModelLink, RobotFile};
+use crate::console::in_one_line;
 use crate::text_file;
 
 /// The most bytes of a URDF, which may name many meshes.
@@ -30,6 +31,16 @@ pub struct CheckedModel<const J: usize, const N: usize> {
     pub arm: Arc<dyn Arm<J, N>>,
     /// The same for plants.
     pub mechanics: Mechanics<N>,
+    /// Links of a URDF whose inertia no body can have.
+    pub impossible_inertias: Vec<String>,
+}
+
+/// What there is to say of a `link` whose inertia no body can have: published arms have such.
+pub fn impossible_inertia(link: &str) -> String {
+    format!(
+        "link {}: no body has this inertia, one principal moment being larger than the two others together; taken as it stands",
+        in_one_line(link)
+    )
 }
 
 /// What plants are made of.
@@ -131,6 +142,16 @@ pub fn urdf<const N: usize>(name: &Path, model: &file::Model) -> Result<Option<f
     }))
 }
 
+/// The URDF that `model.urdf` names, if there is one, and which part of it is the arm; a path is relative to the folder of the file
+/// `name`.
+///
+/// # Errors
+/// If the URDF cannot be read, or stands beside other numbers of the arm.
+pub fn urdf_and_part(name: &Path, model: &file::Model) -> Result<Option<(String, Selection)>, RobotError> {
+    let Some((_, text)) = urdf_text(name, model)? else { return Ok(None) };
+    Ok(Some((text, selection(model, &Checker::new(name))?)))
+}
+
 /// Puts the text of a URDF in the place of its path, if there is one: a log needs no other file.
 fn with_text(name: &Path, model: &mut file::Model) -> Result<(), RobotError> {
     if let Some((_, text)) = urdf_text(name, model)? {
@@ -172,7 +193,7 @@ fn selection(model: &file::Model, check: &Checker<'_>) -> Result<Selection, Robo
         let [xx, yy, zz, xy, xz, yz] = inertia_kg_m2;
         Spacecraft::new(mass_kg, Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)).ok_or_else(|| {
             let found = format!("{mass_kg} kg and {inertia_kg_m2:?} kg m2");
-            check.refuse("model.spacecraft", found, "a mass above 0 and the positive definite inertia of a body")
+            check.refuse("model.spacecraft", found, "a mass above 0 and the inertia of a body: positive definite, no principal moment larger than the two others together")
         })
     });
     Ok(Selection { base, tip: model.tip.clone(), spacecraft: spacecraft.transpose()? })
@@ -220,11 +241,15 @@ pub fn check<const J: usize, const N: usize>(
         let dem = ThreeLinkDem::new(*two_links.base(), *two_links.links())
             .map_err(|error| check.refuse(field, error, "what a rigid body can have"))?;
         if let Some(arm) = arm::of_three_links(dem) {
-            return Ok(CheckedModel { arm, mechanics: Mechanics::ThreeLinks { dem, space } });
+            return Ok(CheckedModel {
+                arm,
+                mechanics: Mechanics::ThreeLinks { dem, space },
+                impossible_inertias: Vec::new(),
+            });
         }
     }
     let arm = Arc::new(PlanarBaseManipulator::planar(&dem));
-    Ok(CheckedModel { arm, mechanics: Mechanics::Planar { dem, space } })
+    Ok(CheckedModel { arm, mechanics: Mechanics::Planar { dem, space }, impossible_inertias: Vec::new() })
 }
 
 /// The arm of a URDF, in space.
@@ -233,15 +258,20 @@ fn in_space<const J: usize, const N: usize>(
     text: &str,
     check: &Checker<'_>,
 ) -> Result<CheckedModel<J, N>, RobotError> {
-    let arm = UrdfArm::parse(text, &selection(model, check)?).and_then(|arm| arm.space_manipulator::<N>());
     let path = model.urdf.clone().unwrap_or_default();
-    let (manipulator, joints) = arm.map_err(|error| refused(check.file(), &path, error.to_string()))?;
+    let refused = |error: uarm_urdf::UrdfError| refused(check.file(), &path, error.to_string());
+    let arm = UrdfArm::parse(text, &selection(model, check)?).map_err(refused)?;
+    let (manipulator, joints) = arm.space_manipulator::<N>().map_err(refused)?;
     if let Some(index) = joints.iter().position(|joint| joint.motion() == JointMotion::Prismatic) {
         let expected = "revolute joints: the drives' encoders and limits are of angles";
         return Err(check.refuse("model.urdf", format!("joint {} slides", index + 1), expected));
     }
     let dem = SphericalBaseManipulator::dynamically_equivalent(&manipulator, joints);
-    Ok(CheckedModel { arm: Arc::new(dem), mechanics: Mechanics::Spatial { dem, space: manipulator, joints } })
+    Ok(CheckedModel {
+        mechanics: Mechanics::Spatial { dem, space: manipulator, joints },
+        impossible_inertias: arm.impossible_inertias(),
+        arm: Arc::new(dem),
+    })
 }
 
 fn numbers<const N: usize>(model: &file::Model, check: &Checker<'_>) -> Result<PlanarDem<f64, N>, RobotError> {

@@ -7,11 +7,8 @@ use dem_model::{Body, Joint, JointMotion, ParameterError, SpaceLink, SpacecraftB
 
 use crate::document::{self, Kind, Limits, Robot};
 use crate::error::UrdfError;
-use crate::rigid_body::RigidBody;
+use crate::rigid_body::{RigidBody, misses_triangle_inequality};
 use crate::tree::{Outboard, Tree};
-
-/// How far the principal moments of an inertia may miss the triangle inequality, of their sum: files have four digits or so.
-const INERTIA_ROUNDING: f64 = 1e-3;
 
 /// Which part of the tree is the space manipulator.
 #[derive(Debug, Clone, Default)]
@@ -35,10 +32,12 @@ pub struct Spacecraft {
 impl Spacecraft {
     /// A spacecraft of `mass` kg, with the `inertia` about its centre of mass, in axes of the base link, in kg·m².
     ///
-    /// None unless the mass is finite and positive, and the inertia finite, symmetric and positive definite.
+    /// None unless the mass is finite and positive, and the inertia finite, symmetric, positive definite, and without a principal
+    /// moment that is larger than the two others together.
     pub fn new(mass: f64, inertia: Matrix3<f64>) -> Option<Self> {
-        let is_inertia = inertia == inertia.transpose() && inertia.iter().all(|entry| entry.is_finite());
-        (mass > 0.0 && mass.is_finite() && is_inertia && inertia.cholesky().is_some()).then_some(Self { mass, inertia })
+        let is_symmetric = inertia == inertia.transpose() && inertia.iter().all(|entry| entry.is_finite());
+        let is_inertia = is_symmetric && inertia.cholesky().is_some() && !misses_triangle_inequality(&inertia);
+        (mass > 0.0 && mass.is_finite() && is_inertia).then_some(Self { mass, inertia })
     }
 }
 
@@ -108,8 +107,7 @@ impl ArmLink {
     /// Whether no body can have this inertia: one of its principal moments is larger than the two others together, by more
     /// than files round.
     pub fn has_impossible_inertia(&self) -> bool {
-        let moments = self.body.inertia.symmetric_eigenvalues();
-        moments.max() * 2.0 > moments.sum() * (1.0 + INERTIA_ROUNDING)
+        misses_triangle_inequality(&self.body.inertia)
     }
 }
 
@@ -131,6 +129,12 @@ pub struct Arm {
 }
 
 impl Arm {
+    /// The names of the bodies whose inertia no body can have, from the spacecraft outwards.
+    pub fn impossible_inertias(&self) -> Vec<String> {
+        let bodies = [&self.spacecraft].into_iter().chain(&self.links);
+        bodies.filter(|link| link.has_impossible_inertia()).map(|link| link.name.clone()).collect()
+    }
+
     /// Reads a URDF.
     ///
     /// Links joined by fixed joints become one body. Joints beside the path from base to tip are taken as fixed at zero, and

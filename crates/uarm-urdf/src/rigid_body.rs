@@ -2,6 +2,16 @@
 
 use dem_model::nalgebra::{Isometry3, Matrix3, Vector3};
 
+/// How far the principal moments of an inertia may miss the triangle inequality, of their sum: files have four digits or so.
+const INERTIA_ROUNDING: f64 = 1e-3;
+
+/// Whether one principal moment of an inertia is larger than the two others together, by more than files round: no body has such a one,
+/// since I_xx + I_yy − I_zz = 2 ∫ z² dm.
+pub(crate) fn misses_triangle_inequality(inertia: &Matrix3<f64>) -> bool {
+    let moments = inertia.symmetric_eigenvalues();
+    moments.max() * 2.0 > moments.sum() * (1.0 + INERTIA_ROUNDING)
+}
+
 /// A rigid body, in a frame that the context names.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RigidBody {

@@ -61,9 +61,16 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         if let Some(option) = arguments.choice.given() {
             anyhow::bail!("{}: {option} is for a URDF, and this is none", path.display());
         }
-        let (rows, chains) = planar::map(&path, &text).with_context(named)?;
-        arguments.outputs.write(&chains, arguments.file.as_deref())?;
-        if arguments.json { console::print_json(&rows)? } else { planar::print(&mut console::output(), &rows)? }
+        match planar::map(&path, &text).with_context(named)? {
+            planar::Mapped::InPlane(rows, chains) => {
+                arguments.outputs.write(&chains, arguments.file.as_deref())?;
+                if arguments.json { console::print_json(&rows)? } else { planar::print(&mut console::output(), &rows)? }
+            }
+            planar::Mapped::InSpace(report, chains) => {
+                arguments.outputs.write(&chains, arguments.file.as_deref())?;
+                if arguments.json { console::print_json(&report)? } else { report.print(&mut console::output())? }
+            }
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

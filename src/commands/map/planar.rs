@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 use uarm_urdf::{Base, Names};
 
 use super::chains::{Chains, MOST_LINKS};
+use super::spatial;
+use crate::robot::shape::Shape;
 use crate::robot::{file, model};
 
 /// One link of the dynamically equivalent manipulator, as printed.
@@ -22,6 +24,14 @@ pub struct Row {
     centre_of_mass_m: f64,
 }
 
+/// What the command makes of a file.
+pub enum Mapped {
+    /// Of a manipulator in the plane.
+    InPlane(Vec<Row>, Chains),
+    /// Of a robot whose URDF is one in space.
+    InSpace(spatial::Report, Chains),
+}
+
 #[derive(Deserialize)]
 struct ManipulatorFile {
     space_manipulator: Option<file::SpaceManipulator>,
@@ -30,8 +40,16 @@ struct ManipulatorFile {
 
 /// What the command makes of the `text` of a robot file, or of a file with a `[space_manipulator]` table alone; `path` is where it was
 /// read.
-pub fn map(path: &Path, text: &str) -> anyhow::Result<(Vec<Row>, Chains)> {
+pub fn map(path: &Path, text: &str) -> anyhow::Result<Mapped> {
     let parsed: ManipulatorFile = toml::from_str(text)?;
+    // A file with a table alone has no joints.
+    if let (Ok(shape), None, Some(model)) = (Shape::of(path, text), &parsed.space_manipulator, &parsed.model)
+        && shape != Shape::PAPER
+        && let Some((urdf, part)) = model::urdf_and_part(path, model)?
+    {
+        let (report, chains) = spatial::map_selected(&urdf, &part)?;
+        return Ok(Mapped::InSpace(report, chains));
+    }
     let given = parsed.space_manipulator.is_some();
     let of_urdf = match parsed.model.filter(|_| !given) {
         Some(model) => model::urdf::<2>(path, &model)?,
@@ -42,7 +60,8 @@ pub fn map(path: &Path, text: &str) -> anyhow::Result<(Vec<Row>, Chains)> {
             "no [space_manipulator], and no [model] with a urdf: the numbers of [model] are what the map gives"
         );
     };
-    map_any(&manipulator).context("space_manipulator")
+    let (rows, chains) = map_any(&manipulator).context("space_manipulator")?;
+    Ok(Mapped::InPlane(rows, chains))
 }
 
 fn map_any(manipulator: &file::SpaceManipulator) -> anyhow::Result<(Vec<Row>, Chains)> {

@@ -10,6 +10,7 @@ use uarm_urdf::{Arm, ArmJoint, ArmLink, Base, Names, Selection, Spacecraft};
 
 use super::chains::{Chains, MOST_LINKS};
 use crate::console::in_one_line;
+use crate::robot::model;
 
 /// Which part of a URDF is meant.
 #[derive(Debug, clap::Args)]
@@ -49,7 +50,7 @@ impl Choice {
     fn selection(&self) -> anyhow::Result<Selection> {
         let given = |(mass, inertia)| {
             Spacecraft::new(mass, inertia).context(
-                "--base-mass, --base-inertia: expected a mass above 0 and the positive definite inertia of a body",
+                "--base-mass, --base-inertia: expected a mass above 0 and the inertia of a body: positive definite, no principal moment larger than the two others together",
             )
         };
         let spacecraft = self.base_mass.zip(self.base_inertia).map(given).transpose()?;
@@ -137,7 +138,12 @@ fn motion(joint: &ArmJoint) -> &'static str {
 
 /// What the command makes of the text of a URDF.
 pub fn map(text: &str, choice: &Choice) -> anyhow::Result<(Report, Chains)> {
-    let arm = Arm::parse(text, &choice.selection()?).map_err(hinted)?;
+    map_selected(text, &choice.selection()?)
+}
+
+/// The same of the part that `selection` says.
+pub fn map_selected(text: &str, selection: &Selection) -> anyhow::Result<(Report, Chains)> {
+    let arm = Arm::parse(text, selection).map_err(hinted)?;
     match arm.joints.len() {
         1 => map_joints::<1>(&arm),
         2 => map_joints::<2>(&arm),
@@ -214,7 +220,6 @@ fn map_joints<const N: usize>(arm: &Arm) -> anyhow::Result<(Report, Chains)> {
         }),
     });
     let chains = Chains::new(&names, Base::Spherical, &manipulator, &joints);
-    let bodies = [&arm.spacecraft].into_iter().chain(&arm.links);
     let report = Report {
         robot: arm.name.clone(),
         total_mass_kg: manipulator.total_mass(),
@@ -222,10 +227,7 @@ fn map_joints<const N: usize>(arm: &Arm) -> anyhow::Result<(Report, Chains)> {
         dynamically_equivalent: equivalent,
         joints: joint_rows.collect(),
         locked_joints: arm.locked.clone(),
-        impossible_inertias: bodies
-            .filter(|link| link.has_impossible_inertia())
-            .map(|link| link.name.clone())
-            .collect(),
+        impossible_inertias: arm.impossible_inertias(),
         equivalent_can_be_written: chains.has_equivalent(),
     };
     Ok((report, chains))
@@ -261,12 +263,7 @@ impl Report {
             writeln!(output, "  joint {}: beside the arm, taken as fixed at zero", in_one_line(joint))?;
         }
         for link in &self.impossible_inertias {
-            writeln!(
-                output,
-                "  link {}: no body has this inertia, one principal moment being larger than the two others together; \
-                 taken as it stands",
-                in_one_line(link)
-            )?;
+            writeln!(output, "  {}", model::impossible_inertia(link))?;
         }
         writeln!(output, "space manipulator")?;
         print_bodies(output, &self.space_manipulator)?;

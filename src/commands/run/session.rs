@@ -23,6 +23,7 @@ use crate::error_text::with_causes;
 use crate::log_files::LogChoice;
 use crate::realtime::Realtime;
 use crate::report::{Ending, RunReport, Subject};
+use crate::robot::model::impossible_inertia;
 use crate::robot::{self, Robot};
 
 /// Laws and emulated drives are made on the loop's stack: 2 MiB, the default of a thread, are too few in some builds.
@@ -72,6 +73,7 @@ impl<const J: usize, const N: usize> Session<J, N> {
         }
         lines.extend(robot.trained_sets_of(self.settings.law).map(|sets| format!("  {sets}")));
         lines.extend(robot.profiles.iter().map(|profile| format!("  {profile}")));
+        lines.extend(robot.impossible_inertias.iter().map(|link| format!("  {}", impossible_inertia(link))));
         lines.extend(reasons(robot));
         let period = description.period.duration();
         let bus = description.bus.time;
