@@ -166,5 +166,5 @@ fn usage(message: String) -> anyhow::Error {
 
 fn joint(node: u8, robot: &[u8]) -> anyhow::Result<usize> {
     let position = robot.iter().position(|other| *other == node);
-    position.ok_or_else(|| usage(format!("node {node}: expected one of the robot's, {robot:?}")))
+    position.ok_or_else(|| UsageError::no_such_node(&format!("node {node}"), robot).into())
 }

@@ -10,4 +10,9 @@ impl UsageError {
     pub fn new(message: impl Into<String>) -> Self {
         Self(message.into())
     }
+
+    /// For a node id that no joint of the robot has: `option` with its value, such as `--node 9`, and the robot's nodes.
+    pub fn no_such_node(option: &str, nodes: &[u8]) -> Self {
+        Self(format!("{option}: expected one of the robot's nodes, {nodes:?}"))
+    }
 }

@@ -155,6 +155,9 @@ fn wrong_usage_is_exit_code_2_and_names_what_there_is() {
     assert!(standard_error(&uarm(&["run", "--controller", "magic"])).contains("neural-model"));
 }
 
+const UARM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/uarm.toml");
+const NO_NODE_9: &str = "--node 9: expected one of the robot's nodes, [1, 2, 3]";
+
 /// What only the robot file, the log or another option can tell is wrong usage all the same.
 #[test]
 fn options_that_do_not_go_together_are_exit_code_2_and_named() {
@@ -180,6 +183,24 @@ fn options_that_do_not_go_together_are_exit_code_2_and_named() {
         (&["replay", log, "--from", "-1"], "--from -1: expected a task time from 0.000 to 3.498 s, as the log has\n"),
         (&["replay", log, "--from", "99"], "--from 99: expected a task time from 0.000 to "),
         (&["compare", "--repeat", "0"], "invalid value '0' for '--repeat <N>': expected a whole number above 0"),
+        (&["plant", "--can", "vcan0", "--fault", "2:fire"], "invalid value '2:fire' for '--fault <NODE[@TIME]:FAULT>'"),
+        (
+            &["plant", "--can", "vcan0", "--fault", "7:repair"],
+            "--fault 7:...: expected one of the robot's nodes, [1, 2, 3]",
+        ),
+        (
+            &["drive", "torque-test", "--per-mille", "20", "--yes", "--node", "9", "--robot", UARM, "--can", "vcan0"],
+            NO_NODE_9,
+        ),
+        (&["drive", "direction", "--node", "9", "--robot", UARM, "--can", "vcan0"], NO_NODE_9),
+        (
+            &["drive", "reference", "--angles", "0,20", "--yes", "--robot", UARM, "--can", "vcan0"],
+            "--angles: 2 angles, expected 3, one for each joint of the robot file",
+        ),
+        (
+            &["drive", "reference", "--angles", "0,20,200", "--yes", "--robot", UARM, "--can", "vcan0"],
+            "--angles: 200 deg for joint 3, expected its limits, ",
+        ),
         (&["campaign", "--seeds", "0"], "invalid value '0' for '--seeds <N>': expected a whole number above 0"),
     ] {
         let output = uarm(arguments);

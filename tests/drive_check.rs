@@ -95,6 +95,47 @@ fn what_the_robot_file_can_help_is_in_the_entry() {
     }
 }
 
+/// What all drives of a bus share is printed beside the entry, and works with it.
+#[test]
+fn what_is_fixed_for_the_whole_bus_is_told_with_its_keys() {
+    let fixed = |object: &str, value: &str| {
+        Dictionary::own().with(object, "AccessType", "ro").with(object, "DefaultValue", value)
+    };
+    let heartbeat = |milliseconds: &str| fixed("1017", milliseconds);
+    let period = |milliseconds: &str| {
+        let exponent = Dictionary::own().with("60C2sub2", "AccessType", "ro").with("60C2sub2", "DefaultValue", "-3");
+        exponent.with("60C2sub1", "AccessType", "ro").with("60C2sub1", "DefaultValue", milliseconds)
+    };
+    for (name, dictionary, keys) in [
+        ("heartbeat-100", heartbeat("100"), "[bus]\ndrive_heartbeat_ms = 100\ndrive_timeout_ms = 200\n"),
+        ("heartbeat-500", heartbeat("500"), "[bus]\ndrive_heartbeat_ms = 500\ndrive_timeout_ms = 1000\n"),
+        ("period-5", period("5"), "[control]\nperiod_us = 5000\n"),
+    ] {
+        let (code, findings) = judged(name, &dictionary);
+        assert_eq!(code, WORKS_WITH, "{name}: {findings:#}");
+        assert_eq!(findings["shared"], serde_json::json!([keys]), "{name}");
+        let original = fs::read_to_string("robots/uarm.toml").unwrap();
+        let changed = |key: &str| keys.lines().find(|line| line.starts_with(&format!("{key} ="))).map(str::to_owned);
+        let lines = original.lines().map(|line| {
+            let key = line.split(' ').next().unwrap_or_default();
+            changed(key).filter(|_| line.contains(" = ")).unwrap_or_else(|| line.to_owned())
+        });
+        let robot = file(&format!("check-{name}.toml"), &lines.collect::<Vec<_>>().join("\n"));
+        let again = check(&format!("{name}-again"), &dictionary, &["--node", "2", "--robot", robot.to_str().unwrap()]);
+        assert_eq!(again.status.code(), Some(WORKS), "{name}: {}", text(&again));
+    }
+    // No robot has a period of 200 ms, and nobody waits for a heartbeat that is not sent.
+    for (name, dictionary, remedy) in [
+        ("heartbeat-0", heartbeat("0"), "[bus] drive_heartbeat_ms that the drive takes"),
+        ("period-200", period("200"), "[control] period_us = 200000"),
+    ] {
+        let (code, findings) = judged(name, &dictionary);
+        assert_eq!(code, CANNOT, "{name}: {findings:#}");
+        let refused = rows(&findings, "no");
+        assert!(refused.iter().any(|row| row["remedies"] == serde_json::json!([remedy])), "{name}: {refused:#?}");
+    }
+}
+
 /// In the place of the robot file's entry for node 2, the entry needs nothing more.
 fn assert_works_as_printed(name: &str, dictionary: &Dictionary, joint: &str) {
     let robot = file(&format!("check-{name}.toml"), &with_joint_2(joint));
@@ -234,10 +275,12 @@ fn bad_input_is_named() {
     let robot = uarm(&["drive", "check", "--eds", file("robot-as.eds", "[bus]\nperiod = 3\n").to_str().unwrap()]);
     assert_eq!(robot.status.code(), Some(1));
     assert!(text(&robot).contains("expected an EDS or DCF file"), "{}", text(&robot));
-    let other = check("other-node", &Dictionary::own(), &["--node", "9", "--robot", "robots/uarm.toml"]);
+    let uarm_toml = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/uarm.toml");
+    let other = check("other-node", &Dictionary::own(), &["--node", "9", "--robot", uarm_toml]);
     let usage = uarm(&["drive", "check"]);
     assert_eq!(usage.status.code(), Some(2), "a dictionary or an interface is needed");
-    assert_eq!(other.status.code(), Some(1));
+    assert_eq!(other.status.code(), Some(2), "no joint has the node");
+    assert!(text(&other).contains("--node 9: expected one of the robot's nodes, [1, 2, 3]"), "{}", text(&other));
     let damaged = Dictionary::own().with("6076", "DefaultValue", "about 200");
     let output = check("damaged", &damaged, &[]);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
+use uarm_io::drive::NodeId;
 use uarm_io::drive::network::NetworkConfiguration;
 use uarm_loop::network::NetworkError;
 use uarm_loop::robot::{Bus, Joint};
@@ -14,6 +15,7 @@ use super::profile::UsedProfile;
 use super::shape::for_shape;
 use super::text::BUILT_IN_NAME;
 use super::{Robot, RobotText, file};
+use crate::usage::UsageError;
 
 /// The joints of a checked robot, from the base outwards, and the bus that their drives are on.
 #[derive(Clone, Debug)]
@@ -62,6 +64,15 @@ impl JointsOnBus {
     /// The drives' node ids.
     pub fn nodes(&self) -> Vec<u8> {
         self.joints.iter().map(|joint| joint.node.raw()).collect()
+    }
+
+    /// The place of the joint with this node id, which `--node` names.
+    ///
+    /// # Errors
+    /// A usage error if no joint has it.
+    pub fn joint_of(&self, node: NodeId) -> Result<usize, UsageError> {
+        let joint = self.joints.iter().position(|joint| joint.node == node);
+        joint.ok_or_else(|| UsageError::no_such_node(&format!("--node {}", node.raw()), &self.nodes()))
     }
 
     /// How the drive of a joint, counted from 0, finds its home position by itself; `None` if the file does not say.

@@ -31,6 +31,23 @@ pub struct Order {
     pub action: Action,
 }
 
+/// Where orders come from, as `--fault` says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OrderSource {
+    /// The command line.
+    Planned(Order),
+    /// Lines of standard input.
+    StandardInput,
+}
+
+impl FromStr for OrderSource {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "-" { Ok(Self::StandardInput) } else { text.parse().map(Self::Planned) }
+    }
+}
+
 /// What an order may say behind the colon.
 pub const ACTIONS: &str = "power-lost, bus-disconnected, encoder-jump=COUNTS, encoder-stuck, over-temperature, \
     encoder-reversed, encoder-drift=COUNTS, encoder-glitch=COUNTS, torque-reversed, feedback-lost=SYNCS, \
@@ -101,13 +118,23 @@ enum Done {
 }
 
 impl Schedule {
+    /// The orders from these sources.
+    pub fn of(sources: &[OrderSource]) -> Self {
+        let planned = sources.iter().filter_map(|source| match source {
+            OrderSource::Planned(order) => Some(*order),
+            OrderSource::StandardInput => None,
+        });
+        let schedule = Self::new(planned);
+        if sources.contains(&OrderSource::StandardInput) { schedule.with_standard_input() } else { schedule }
+    }
+
     /// A schedule.
-    pub fn new(planned: impl IntoIterator<Item = Order>) -> Self {
+    fn new(planned: impl IntoIterator<Item = Order>) -> Self {
         Self { planned: planned.into_iter().map(|order| (order, Done::No)).collect(), told: None, last: None }
     }
 
     /// The same, and what lines on standard input order. A line that is no order is said so.
-    pub fn with_standard_input(self) -> Self {
+    fn with_standard_input(self) -> Self {
         let (sender, told) = channel();
         std::thread::spawn(move || {
             for line in std::io::stdin().lines().map_while(Result::ok).filter(|line| !line.trim().is_empty()) {

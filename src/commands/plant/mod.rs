@@ -29,8 +29,9 @@ use crate::robot::shape::for_shape;
 use crate::robot::{Robot, RobotText};
 use crate::signals;
 use crate::simulated_robot::{PlantChoice, SimulatedPlant, simulated_with};
+use crate::usage::UsageError;
 use bench::Bench;
-use faults::{ACTIONS, Order, Schedule};
+use faults::{ACTIONS, OrderSource, Schedule};
 use power_up::StartOf;
 use serve::{Extras, serve};
 use truth::TruthFile;
@@ -82,7 +83,7 @@ pub struct Arguments {
     start: Vec<StartOf>,
     /// A fault of a drive, at a time of the plant or at once; - takes them as lines from standard input
     #[arg(long, value_name = "NODE[@TIME]:FAULT")]
-    fault: Vec<String>,
+    fault: Vec<OrderSource>,
     /// Write the plant's true motion for each SYNC: to an MCAP file if the name ends in .mcap, else as CSV
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
@@ -113,8 +114,8 @@ fn step(text: &str) -> Result<IntegrationStep, String> {
 /// # Errors
 /// If the robot file is wrong or the interface cannot be used.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
-    let schedule = schedule(&arguments.fault)?;
     let mut emulated = emulated(arguments)?;
+    check_nodes(&arguments.fault, &emulated.nodes)?;
     let name = arguments.can.parse().with_context(|| format!("--can {}", arguments.can))?;
     let inputs = arguments.robot.iter().chain(&arguments.dictionaries.eds).map(PathBuf::as_path);
     let outputs = OutputFiles::new(arguments.force, inputs);
@@ -129,7 +130,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         emulated.name, arguments.can, emulated.pacing
     ));
     let ready = format!("ready: nodes {nodes} on {}", arguments.can);
-    serve(emulated.bench.as_mut(), link, &stop, Extras { faults: schedule, truth, ready })?;
+    serve(emulated.bench.as_mut(), link, &stop, Extras { faults: Schedule::of(&arguments.fault), truth, ready })?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -177,13 +178,15 @@ fn emulated_of<const J: usize, const N: usize>(arguments: &Arguments, text: &Rob
 /// Drives with makers' dictionaries hold their objects by value, 0.4 MB each, and are made on the stack.
 const STACK: usize = 64 << 20;
 
-/// The faults to come: `-` stands for standard input.
-fn schedule(faults: &[String]) -> anyhow::Result<Schedule> {
-    let planned = faults.iter().filter(|fault| *fault != STANDARD_INPUT);
-    let planned: Result<Vec<Order>, String> = planned.map(|fault| fault.parse()).collect();
-    let schedule = Schedule::new(planned.map_err(anyhow::Error::msg).context("--fault")?);
-    let listens = faults.iter().any(|fault| fault == STANDARD_INPUT);
-    Ok(if listens { schedule.with_standard_input() } else { schedule })
+/// # Errors
+/// A usage error if a fault is for a node that the robot has not.
+fn check_nodes(sources: &[OrderSource], nodes: &[u8]) -> Result<(), UsageError> {
+    for source in sources {
+        if let OrderSource::Planned(order) = source
+            && !nodes.contains(&order.node.raw())
+        {
+            return Err(UsageError::no_such_node(&format!("--fault {}:...", order.node.raw()), nodes));
+        }
+    }
+    Ok(())
 }
-
-const STANDARD_INPUT: &str = "-";

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use toml::{Table, Value};
 use uarm_io::drive::network::NetworkConfiguration;
 use uarm_io::drive::pdo_objects::PdoKind;
@@ -14,12 +14,15 @@ use uarm_io::drive::{Address, NodeId};
 use crate::robot::RobotText;
 use crate::robot::file::Role;
 use crate::robot::on_bus::JointsOnBus;
+use crate::usage::UsageError;
 
 /// A robot file of which one joint is to get the drive.
 pub struct Candidate {
     file: PathBuf,
     robot: Table,
     joint: usize,
+    /// What was changed beside the joint's entry.
+    shared: Vec<String>,
 }
 
 impl Candidate {
@@ -36,10 +39,11 @@ impl Candidate {
             file: name,
             robot: text.parse().context("robot file")?,
             joint: position.or(first_driven).unwrap_or_default(),
+            shared: Vec::new(),
         };
         if let (None, Some(node)) = (position, node) {
-            if let Some(file) = file {
-                bail!("{}: no joint has node {node}, expected one of {nodes:?}", file.display());
+            if file.is_some() {
+                return Err(UsageError::no_such_node(&format!("--node {node}"), &nodes).into());
             }
             candidate.joint_table()?.insert("node".into(), Value::Integer(node.into()));
         }
@@ -113,6 +117,13 @@ impl Candidate {
                 self.set("drive", "watchdog", "rpdo-timeout")?;
                 self.set("drive", "rpdo_timeout_ms", i64::from(milliseconds))?;
             }
+            Remedy::DriveHeartbeat(milliseconds) => {
+                let milliseconds = i64::from(*milliseconds);
+                let timeout = self.shared_number("bus", "drive_timeout_ms").unwrap_or_default();
+                let keys = [("drive_heartbeat_ms", milliseconds), ("drive_timeout_ms", timeout.max(2 * milliseconds))];
+                return self.share("bus", &keys);
+            }
+            Remedy::Period(microseconds) => return self.share("control", &[("period_us", i64::from(*microseconds))]),
             Remedy::ExplainAbortOption => self.set("drive", "without_6007h", WITHOUT_6007H)?,
             Remedy::None | Remedy::Note(_) | Remedy::Outside(_) | Remedy::RobotFile(_) | Remedy::SyncWithoutCounter => {
                 return Ok(false);
@@ -134,6 +145,31 @@ impl Candidate {
     fn set(&mut self, part: &str, key: &str, value: impl Into<Value>) -> anyhow::Result<()> {
         self.part(part)?.insert(key.to_owned(), value.into());
         Ok(())
+    }
+
+    fn shared_number(&self, table: &str, key: &str) -> Option<i64> {
+        self.robot.get(table)?.get(key)?.as_integer()
+    }
+
+    /// Changes what all joints share. False, and nothing is changed, if the robot file is then refused.
+    fn share(&mut self, table: &'static str, keys: &[(&'static str, i64)]) -> anyhow::Result<bool> {
+        let before = self.robot.clone();
+        for (key, value) in keys {
+            let part = self.robot.get_mut(table).and_then(Value::as_table_mut).context("a table")?;
+            part.insert((*key).to_owned(), Value::Integer(*value));
+        }
+        if self.wishes().is_err() {
+            self.robot = before;
+            return Ok(false);
+        }
+        let lines = keys.iter().map(|(key, value)| format!("{key} = {value}\n"));
+        self.shared.push(format!("[{table}]\n{}", lines.collect::<String>()));
+        Ok(true)
+    }
+
+    /// What was changed beside the joint's entry, as TOML.
+    pub fn shared(&self) -> &[String] {
+        &self.shared
     }
 
     fn pdos(&mut self) -> anyhow::Result<&mut Table> {

@@ -20,6 +20,9 @@ pub struct Report {
     /// The joint's drive profile, and from what it is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     profile: Option<String>,
+    /// What is to be changed beside that entry, for all drives alike.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    shared: Vec<String>,
     /// The entry of `[[joints]]`; none for a drive that cannot work.
     joint: Option<String>,
 }
@@ -53,6 +56,7 @@ impl Report {
             verdict,
             profile: candidate.profile()?,
             rows: judgement.rows.iter().map(ReportRow::new).collect(),
+            shared: candidate.shared().iter().filter(|_| is_usable).cloned().collect(),
             joint: candidate.joint().filter(|_| is_usable).map(joint_text),
         })
     }
@@ -95,6 +99,9 @@ impl fmt::Display for Report {
             for remedy in &row.remedies {
                 writeln!(f, "      → {remedy}")?;
             }
+        }
+        for shared in &self.shared {
+            write!(f, "\n{shared}")?;
         }
         if let Some(joint) = &self.joint {
             writeln!(f, "\n{joint}")?;

@@ -88,7 +88,5 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
 }
 
 fn encoder_of(robot: &JointsOnBus, node: NodeId) -> anyhow::Result<uarm_io::encoder::EncoderConfiguration> {
-    let joint = robot.joints.iter().find(|joint| joint.node == node);
-    let nodes = robot.nodes();
-    Ok(joint.with_context(|| format!("--node {}: the robot file has nodes {nodes:?}", node.raw()))?.encoder)
+    Ok(robot.joints[robot.joint_of(node)?].encoder)
 }

@@ -62,9 +62,7 @@ impl Plan {
     /// If no joint has this node, or its `encoder.homing` is missing.
     pub fn new(robot: &JointsOnBus, node: NodeId) -> anyhow::Result<Self> {
         anyhow::ensure!(robot.bus.protocol == Protocol::Canopen, "--homing needs drives that speak CANopen");
-        let nodes = robot.nodes();
-        let joint = nodes.iter().position(|other| *other == node.raw());
-        let joint = joint.with_context(|| format!("--node {}: the robot file has nodes {nodes:?}", node.raw()))?;
+        let joint = robot.joint_of(node)?;
         let description = &robot.joints[joint];
         let homing = robot.homing(joint)?.with_context(|| {
             format!(

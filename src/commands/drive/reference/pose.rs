@@ -15,6 +15,7 @@ use crate::reference::drive::{Shown, mark, show};
 use crate::reference::store::References;
 use crate::reference::{incremental_joints, link};
 use crate::robot::on_bus::JointsOnBus;
+use crate::usage::UsageError;
 
 /// How far a joint may move between its reading and the confirmation, counts.
 const STILL: u32 = 4;
@@ -54,19 +55,20 @@ pub fn confirmed(arguments: &Arguments, robot: &JointsOnBus) -> anyhow::Result<R
 }
 
 /// Checks that there are as many angles as joints, each within its limits.
-fn check_angles(robot: &JointsOnBus, angles: &[f64]) -> anyhow::Result<()> {
+fn check_angles(robot: &JointsOnBus, angles: &[f64]) -> Result<(), UsageError> {
     let (found, expected) = (angles.len(), robot.joints.len());
-    anyhow::ensure!(
-        found == expected,
-        "--angles: {found} angles, expected {expected}, one for each joint of the robot file"
-    );
+    if found != expected {
+        let message = format!("--angles: {found} angles, expected {expected}, one for each joint of the robot file");
+        return Err(UsageError::new(message));
+    }
     for (angle, joint) in angles.iter().zip(&robot.written) {
         let (least, most) = (joint.limits.minimum_deg, joint.limits.maximum_deg);
-        anyhow::ensure!(
-            (least..=most).contains(angle),
-            "--angles: {angle} deg for {}, expected its limits, {least} to {most} deg",
-            joint.name
-        );
+        if !(least..=most).contains(angle) {
+            return Err(UsageError::new(format!(
+                "--angles: {angle} deg for {}, expected its limits, {least} to {most} deg",
+                joint.name
+            )));
+        }
     }
     Ok(())
 }

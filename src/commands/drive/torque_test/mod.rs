@@ -79,10 +79,7 @@ pub struct Arguments {
 /// If it is not allowed by the robot file or not confirmed, or the drive cannot be started or is lost.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let robot = JointsOnBus::load(&arguments.robot)?;
-    let joint =
-        robot.joints.iter().find(|joint| joint.node == arguments.node).with_context(|| {
-            format!("--node {}: the robot file has nodes {:?}", arguments.node.raw(), robot.nodes())
-        })?;
+    let joint = &robot.joints[robot.joint_of(arguments.node)?];
     let plan = plan(arguments, joint, robot.period)?;
     let realtime = arguments.realtime.settings(RealtimePolicy::Enforce)?;
     let node = arguments.node.raw();

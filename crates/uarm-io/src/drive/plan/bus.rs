@@ -4,7 +4,7 @@ use super::finding::{Finding, Question, Remedy, Verdict, Wanted};
 use super::planner::{Fit, Planner, fit, setting};
 use crate::drive::objects;
 use crate::drive::pdo_objects::PdoKind;
-use crate::drive::survey::{Answer, PDO_IDENTIFIER, PDO_OFF};
+use crate::drive::survey::{Answer, Answered, PDO_IDENTIFIER, PDO_OFF};
 use crate::drive::wire::{self, Channel};
 use crate::drive::wishes::{AbortOption, SyncPayload, Watchdog};
 use core::time::Duration;
@@ -89,7 +89,12 @@ impl Planner<'_> {
         }
         let row =
             self.row(Question::Period, value, Wanted::Words("control.period_us, in whole milliseconds as a rule"));
-        row.with(Verdict::Cannot, Remedy::RobotFile("a control.period_us that the drive takes"))
+        let fixed = |time: Answered| time.answer.number().filter(|_| !time.access.may_write());
+        let exponent = fixed(found.1).unwrap_or(MILLISECONDS.into());
+        match fixed(found.0).and_then(|value| microseconds(value, exponent)) {
+            Some(microseconds) => row.with(Verdict::WorksWith, Remedy::Period(microseconds)),
+            None => row.with(Verdict::Cannot, Remedy::RobotFile("a control.period_us that the drive takes")),
+        }
     }
 
     pub(super) fn emergency(&mut self) -> Finding {
@@ -212,7 +217,17 @@ fn nanoseconds(exponent: i8) -> Option<u64> {
 
 /// True if value · 10^exponent s is `period`.
 fn is_time(value: i64, exponent: i64, period: Duration) -> bool {
-    let unit = i8::try_from(exponent).ok().filter(|exponent| *exponent <= 0).and_then(nanoseconds);
-    let (Some(unit), Ok(value)) = (unit, u64::try_from(value)) else { return false };
-    u128::from(unit) * u128::from(value) == period.as_nanos()
+    time(value, exponent) == Some(period)
+}
+
+/// value · 10^exponent s, for exponents −9 … 0.
+fn time(value: i64, exponent: i64) -> Option<Duration> {
+    let unit = i8::try_from(exponent).ok().filter(|exponent| *exponent <= 0).and_then(nanoseconds)?;
+    u64::try_from(value).ok()?.checked_mul(unit).map(Duration::from_nanos)
+}
+
+/// value · 10^exponent s in whole µs, as `control.period_us` counts it.
+fn microseconds(value: i64, exponent: i64) -> Option<u32> {
+    let time = time(value, exponent).filter(|time| !time.is_zero() && time.subsec_nanos() % 1000 == 0)?;
+    u32::try_from(time.as_micros()).ok()
 }

@@ -187,7 +187,15 @@ impl Planner<'_> {
         match self.want(&objects::PRODUCER_HEARTBEAT_TIME, wanted) {
             Fit::AsWanted | Fit::Written => row,
             Fit::Absent => row.refusing("another drive: node guarding is not supported"),
-            Fit::CannotBeWritten => row.refusing("[bus] drive_heartbeat_ms that the drive takes"),
+            Fit::CannotBeWritten => {
+                let sent = row.found.number().and_then(|found| u16::try_from(found).ok()).filter(|sent| *sent > 0);
+                match sent.filter(|_| !self.answered(&objects::PRODUCER_HEARTBEAT_TIME).access.may_write()) {
+                    Some(sent) => row.with(Verdict::WorksWith, Remedy::DriveHeartbeat(sent)),
+                    None => {
+                        row.with(Verdict::Cannot, Remedy::RobotFile("[bus] drive_heartbeat_ms that the drive takes"))
+                    }
+                }
+            }
         }
     }
 }

@@ -162,6 +162,10 @@ pub enum Remedy {
     KeepPdo(PdoKind, PdoNumber),
     /// `[bus] sync_counter = "auto"`.
     SyncWithoutCounter,
+    /// `[bus] drive_heartbeat_ms`, as the drive has it.
+    DriveHeartbeat(u16),
+    /// `[control] period_us`, as the drive has it.
+    Period(u32),
     /// `drive.watchdog = "rpdo-timeout"`.
     RpdoTimeout,
     /// `drive.without_6007h`, with the reason.
@@ -209,6 +213,8 @@ impl fmt::Display for Remedy {
             Self::KeepPdo(PdoKind::Receive, number) => write!(formatter, "drive.pdo.keep_rpdos = [{}]", number.get()),
             Self::KeepPdo(PdoKind::Transmit, number) => write!(formatter, "drive.pdo.keep_tpdos = [{}]", number.get()),
             Self::SyncWithoutCounter => formatter.write_str("[bus] sync_counter = \"auto\""),
+            Self::DriveHeartbeat(milliseconds) => write!(formatter, "[bus] drive_heartbeat_ms = {milliseconds}"),
+            Self::Period(microseconds) => write!(formatter, "[control] period_us = {microseconds}"),
             Self::RpdoTimeout => formatter.write_str("drive.watchdog = \"rpdo-timeout\""),
             Self::ExplainAbortOption => {
                 formatter.write_str("drive.without_6007h = \"how it is known that it brakes without its master\"")

@@ -203,7 +203,7 @@ fn a_joint_without_homing_or_node_is_named() {
     let built_in = JointsOnBus::of(&Robot::load(None).unwrap());
     let refused = |node| Plan::new(&built_in, NodeId::new(node).unwrap()).err().unwrap().to_string();
     assert!(refused(2).contains("joints[1].encoder.homing (joint 2, node 2) is absent"), "{}", refused(2));
-    assert!(refused(9).contains("--node 9: the robot file has nodes [1, 2, 3]"), "{}", refused(9));
+    assert!(refused(9).contains("--node 9: expected one of the robot's nodes, [1, 2, 3]"), "{}", refused(9));
 }
 
 #[test]

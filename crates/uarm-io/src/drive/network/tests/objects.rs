@@ -71,7 +71,7 @@ fn an_object_that_turns_out_to_be_read_only_is_refused_with_the_remedy() {
             INTERPOLATION_TIME_VALUE,
             Value::Unsigned8(20),
             "node 1: 60C2h:01 (interpolation time period value) is 20 (14h), expected control.period_us, in whole \
-             milliseconds as a rule: a control.period_us that the drive takes",
+             milliseconds as a rule: [control] period_us = 20000",
         ),
     ] {
         let mut configuration = configuration();

@@ -70,7 +70,10 @@ fn a_period_that_is_fixed_and_equal_is_accepted() {
     let fixed = |value| planned(drive().ro(0x60C2, 1, value).ro(0x60C2, 2, -3), &wishes());
     assert_eq!(fixed(3).verdict(), Verdict::Works);
     assert_eq!(of_index(&written(&fixed(3)), &["60C2"]), Vec::<&str>::new());
-    assert_eq!(finding(&fixed(1), Question::Period).verdict, Verdict::Cannot);
+    let other = finding(&fixed(1), Question::Period);
+    assert_eq!((other.verdict, other.remedy), (Verdict::WorksWith, Remedy::Period(1000)));
+    assert_eq!(other.remedy.to_string(), "[control] period_us = 1000");
+    assert_eq!(finding(&fixed(0), Question::Period).verdict, Verdict::Cannot);
     let absent = planned(drive().without(0x60C2, 1).without(0x60C2, 2), &wishes());
     assert_eq!(finding(&absent, Question::Period).verdict, Verdict::WorksWith);
     assert!(absent.refusal().is_none());

@@ -60,6 +60,17 @@ fn objects_of_the_cycle_have_the_standards_width_and_direction() {
     );
 }
 
+/// What the drive sends at its own period is awaited at that period.
+#[test]
+fn a_heartbeat_that_is_fixed_names_the_key() {
+    let row = |dictionary| finding(&planned(dictionary, &wishes()), Question::DriveHeartbeat);
+    let fixed = row(drive().ro(0x1017, 0, 100));
+    assert_eq!((fixed.verdict, fixed.remedy), (Verdict::WorksWith, Remedy::DriveHeartbeat(100)));
+    assert_eq!(fixed.remedy.to_string(), "[bus] drive_heartbeat_ms = 100");
+    assert_eq!(row(drive().ro(0x1017, 0, 50)).verdict, Verdict::Works);
+    assert_eq!(row(drive().ro(0x1017, 0, 0)).verdict, Verdict::Cannot, "it sends none");
+}
+
 #[test]
 fn a_position_drive_is_refused_before_anything_else() {
     let dictionary = drive().ro(0x6502, 0, 0x3_01A5).without(0x6071, 0);
