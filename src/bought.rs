@@ -4,10 +4,10 @@ use std::convert::Infallible;
 use std::path::PathBuf;
 
 use uarm_eds::Dictionary;
-use uarm_io::drive::NodeId;
 use uarm_io::drive::network::StartError;
 use uarm_io::drive::plan::survey_of;
 use uarm_io::drive::words::Named;
+use uarm_io::drive::{Address, NodeId};
 use uarm_loop::robot::{Joint, Protocol};
 use uarm_sim::PowerUp;
 use uarm_sim::drive::CounterAtPowerUp;
@@ -28,25 +28,43 @@ pub struct DictionaryArguments {
     pub node: Vec<NodeId>,
 }
 
+/// An object that a drive has at power-up with another value than its dictionary says, since somebody stored it there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StoredObject {
+    /// Where it is.
+    pub address: Address,
+    /// Its value, of whatever type the object is.
+    pub number: i64,
+}
+
+/// What a drive was before this power-up.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Past {
+    /// How it starts.
+    pub power_up: PowerUp,
+    /// What it has stored.
+    pub stored: Vec<StoredObject>,
+}
+
 /// A drive that somebody else made.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct BoughtDrive<'a> {
     /// Its maker's dictionary; without it the emulation's own.
     pub dictionary: Option<&'a Dictionary>,
-    /// How it starts.
-    pub power_up: PowerUp,
+    /// Its past.
+    pub past: &'a Past,
 }
 
 /// What is known of each joint's drive.
 #[derive(Debug)]
 pub struct Bought<const J: usize = 3> {
     dictionaries: [Option<Dictionary>; J],
-    starts: [PowerUp; J],
+    pasts: [Past; J],
 }
 
 impl<const J: usize> Default for Bought<J> {
     fn default() -> Self {
-        Self { dictionaries: [const { None }; J], starts: [PowerUp::default(); J] }
+        Self { dictionaries: [const { None }; J], pasts: std::array::from_fn(|_| Past::default()) }
     }
 }
 
@@ -82,11 +100,11 @@ impl<const J: usize> Bought<J> {
     /// If a node is none of the robot's.
     pub fn starting(
         mut self,
-        starts: impl IntoIterator<Item = (NodeId, PowerUp)>,
+        pasts: impl IntoIterator<Item = (NodeId, Past)>,
         robot: &[u8; J],
     ) -> anyhow::Result<Self> {
-        for (node, power_up) in starts {
-            self.starts[joint(node.raw(), robot)?] = power_up;
+        for (node, past) in pasts {
+            self.pasts[joint(node.raw(), robot)?] = past;
         }
         Ok(self)
     }
@@ -94,9 +112,9 @@ impl<const J: usize> Bought<J> {
     /// The same, where the drives of some joints, by index, count from zero after each power-up.
     #[must_use]
     pub fn counting_from_zero(mut self, joints: &[usize]) -> Self {
-        for (index, start) in self.starts.iter_mut().enumerate() {
+        for (index, past) in self.pasts.iter_mut().enumerate() {
             if joints.contains(&index) {
-                start.counter = CounterAtPowerUp::Zero;
+                past.power_up.counter = CounterAtPowerUp::Zero;
             }
         }
         self
@@ -147,15 +165,14 @@ impl<const J: usize> Bought<J> {
 
     /// True if all drives are the emulation's own, as they are by default.
     pub fn is_none(&self) -> bool {
-        self.dictionaries.iter().all(Option::is_none) && self.starts == [PowerUp::default(); J]
+        self.dictionaries.iter().all(Option::is_none) && self.pasts.iter().all(|past| *past == Past::default())
     }
 
     /// What is known, joint by joint.
     pub fn drives(&self) -> [BoughtDrive<'_>; J] {
-        let mut starts = self.starts.iter();
-        self.dictionaries.each_ref().map(|dictionary| BoughtDrive {
-            dictionary: dictionary.as_ref(),
-            power_up: starts.next().copied().unwrap_or_default(),
+        std::array::from_fn(|joint| BoughtDrive {
+            dictionary: self.dictionaries[joint].as_ref(),
+            past: &self.pasts[joint],
         })
     }
 }

@@ -7,9 +7,10 @@ use dem_model::{BaseFreedom, FreeFloatingManipulator, PlanarBaseManipulator, Ser
 use hinf_control::Disturbance;
 use nalgebra::SVector;
 use uarm_io::drive::odrive::Positions;
+use uarm_io::drive::{Address, NodeId};
 use uarm_io::frame::Frame;
 use uarm_io::time::Instant;
-use uarm_sim::drive::{DriveDescription, DriveParameters, EncoderDescription};
+use uarm_sim::drive::{DriveDescription, DriveParameters, EncoderDescription, value_of};
 use uarm_sim::odrive::{AxisDescription, AxisParameters, EmulatedOdrives};
 use uarm_sim::plant::PosedBase;
 use uarm_sim::{
@@ -21,7 +22,7 @@ use uarm_sim::{
 use uarm_loop::dimensions;
 use uarm_loop::robot::{Bus, Joint, Protocol};
 
-use crate::bought::{Bought, BoughtDrive};
+use crate::bought::{Bought, BoughtDrive, Past, StoredObject};
 use crate::eds::{good_readings, maker_dictionary, with_good_readings};
 use crate::robot::Robot;
 use crate::robot::model::Mechanics;
@@ -435,7 +436,8 @@ pub fn emulate<P: Plant<J> + Clone, const J: usize, const N: usize>(
     pacing: Pacing,
 ) -> anyhow::Result<EmulatedRobot<P, J>> {
     let joints = &robot.description.joints;
-    let own = BoughtDrive::default();
+    let past = Past::default();
+    let own = BoughtDrive { dictionary: None, past: &past };
     let emulated =
         EmulatedRobot::with_drives(plant, each(joints.iter().map(|joint| emulated_drive(joint, &own)))?, pacing)?;
     Ok(emulated.with_torque_delays(joints.each_ref().map(|joint| joint.torque_delay))?)
@@ -462,14 +464,29 @@ fn emulate_bought<P: Plant<J> + Clone, const J: usize, const N: usize>(
 }
 
 fn emulated_drive<const N: usize>(joint: &Joint, bought: &BoughtDrive<'_>) -> anyhow::Result<EmulatedDrive<N>> {
-    let parameters = drive(joint)?.with_power_up(bought.power_up);
+    let parameters = drive(joint)?.with_power_up(bought.past.power_up);
     let objects = match bought.dictionary {
         Some(dictionary) => maker_dictionary(dictionary, &parameters),
         None => DriveDictionary::own(&parameters),
     };
     let dictionary = bought.dictionary.map(|dictionary| (dictionary, joint.node.raw()));
     let objects = with_good_readings(objects, dictionary, &joint.drive.readings);
+    let objects =
+        bought.past.stored.iter().try_fold(objects, |objects, stored| storing(objects, stored, joint.node))?;
     EmulatedDrive::with_dictionary(parameters, objects).with_context(|| joint.name.clone())
+}
+
+/// The same objects, where one has been stored with another value.
+fn storing(objects: DriveDictionary, stored: &StoredObject, node: NodeId) -> anyhow::Result<DriveDictionary> {
+    let Address { index, subindex } = stored.address;
+    let refused = |expected: String| {
+        UsageError::new(format!("--start {}:{index:04X}.{subindex}={}: {expected}", node.raw(), stored.number))
+    };
+    let object = objects.object(stored.address).ok_or_else(|| refused("the drive has no such object".to_owned()))?;
+    let data_type = object.data_type;
+    let value = value_of(data_type, stored.number.into())
+        .ok_or_else(|| refused(format!("expected a number of the object's type, {data_type:?}")))?;
+    Ok(objects.storing(stored.address, value)?)
 }
 
 /// Shown by the emulated drives (6075h) and used nowhere: the paper prints no motor currents.
@@ -493,4 +510,23 @@ fn drive(joint: &Joint) -> anyhow::Result<DriveParameters> {
             .with_limit_switches(joint.limits.position)
             .with_identity(joint.drive.identity)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_drive_has_stored_is_there_at_power_up() {
+        let robot = Robot::<3, 2>::load(None).unwrap();
+        let joint = &robot.description.joints[1];
+        let own = DriveDictionary::own(&drive(joint).unwrap());
+        let tpdo_2 = Address::new(0x1801, 1);
+        let stored = |address, number| storing(own.clone(), &StoredObject { address, number }, joint.node);
+        let objects = stored(tpdo_2, 0x282).unwrap();
+        assert_eq!(objects.object(tpdo_2).unwrap().value, Some(uarm_io::drive::Value::Unsigned32(642)));
+        let refused = |address, number| stored(address, number).unwrap_err().to_string();
+        assert_eq!(refused(tpdo_2, -1), "--start 2:1801.1=-1: expected a number of the object's type, Unsigned32");
+        assert_eq!(refused(Address::new(0x1899, 1), 5), "--start 2:1899.1=5: the drive has no such object");
+    }
 }

@@ -147,6 +147,21 @@ fn braked_after(fault: &str, code: &str) -> bool {
     bus.all_have_braked()
 }
 
+/// TPDO2 is on at power-up, which the drive's dictionary does not say.
+#[test]
+fn a_drive_has_what_it_has_stored() {
+    let workshop = Workshop::new("stored");
+    for (start, is_on) in [("2:boot-time=20ms", false), ("2:1801.1=0x282", true)] {
+        let _plant = Plant::start(&workshop, &["--start", start]);
+        let check = ["drive", "check", "--can", INTERFACE, "--node", "2", "--json"];
+        let output = workshop.command().args(check).output().unwrap();
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", describe(&output)));
+        let rows = report["rows"].as_array().unwrap();
+        let others = rows.iter().find(|row| row["object"].as_str().unwrap().starts_with("1801h:01")).unwrap();
+        assert_eq!(others["found"] == "642 (282h)", is_on, "{others:#}");
+    }
+}
+
 #[test]
 fn faults_come_on_command_too() {
     let workshop = Workshop::new("command");

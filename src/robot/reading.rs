@@ -15,7 +15,10 @@ pub fn read<T: DeserializeOwned>(name: &Path, text: &str) -> Result<(T, Vec<Stri
     let mut unknown = Vec::new();
     let deserializer = toml::Deserializer::parse(text).map_err(syntax)?;
     // What may be left out has a step `?` of its own in the path.
-    let file = serde_ignored::deserialize(deserializer, |path| unknown.push(path.to_string().replace(".?", "")));
+    let mut note = |path: serde_ignored::Path<'_>| unknown.push(path.to_string().replace(".?", ""));
+    // One type for all `T`: else the compiler makes every part of a file anew for each.
+    let note: &mut dyn FnMut(serde_ignored::Path<'_>) = &mut note;
+    let file = serde_ignored::deserialize(deserializer, note);
     let file = file.map_err(syntax)?;
     Ok((file, unknown))
 }

@@ -45,13 +45,8 @@ impl fmt::Display for Shape {
 }
 
 impl Shape {
-    /// Those that this program is compiled for, each of which costs the compiler about half a minute: the arms of `for_shape`.
-    pub const KNOWN: [Self; 4] = [
-        Self::PAPER,
-        Self { active: 3, base: BaseSensor::Encoder },
-        Self { active: 3, base: BaseSensor::None },
-        Self { active: 7, base: BaseSensor::None },
-    ];
+    /// The most active joints that a robot may have: the arms of `for_shape`.
+    pub const MOST_ACTIVE: usize = 8;
 
     /// The paper's robot.
     pub const PAPER: Self = Self { active: 2, base: BaseSensor::Encoder };
@@ -71,31 +66,54 @@ impl Shape {
             Some(Joint { role: Role::Passive }) => BaseSensor::Encoder,
             _ => BaseSensor::None,
         };
+        let passive = joints.iter().skip(1).position(|joint| joint.role == Role::Passive);
+        if let Some(behind_first) = passive {
+            let field = format!("joints[{}].role", behind_first + 1);
+            return Err(Checker::new(name).refuse(field, "passive", "active: only the first joint may be passive"));
+        }
         let active = joints.iter().filter(|joint| joint.role == Role::Active).count();
         let found = Self { active, base };
-        if !Self::KNOWN.contains(&found) {
-            let expected = "a passive base and 2 or 3 active joints, or 3 or 7 active joints alone, for which this program is compiled";
+        if !(1..=Self::MOST_ACTIVE).contains(&active) {
+            let expected = format!("1 to {} active joints, alone or behind a passive base", Self::MOST_ACTIVE);
             return Err(Checker::new(name).refuse("joints", found, expected));
         }
         Ok(found)
     }
 }
 
-/// Calls `$function::<J, N>` with the numbers of joints of a robot of this `$shape`, one of [`Shape::KNOWN`].
+/// Calls `$function::<J, N>` with the numbers of joints of a robot of this `$shape`. Each costs the compiler about ten seconds: the
+/// others than the paper's are left out without the feature `other-arms`, and in unit tests, which are of the paper's robot.
 macro_rules! for_shape {
     ($shape:expr, $function:ident($($argument:expr),* $(,)?)) => {{
-        use $crate::robot::shape::{BaseSensor, Shape};
-        match $shape {
+        use $crate::robot::shape::Shape;
+        #[cfg(all(feature = "other-arms", not(test)))]
+        use $crate::robot::shape::BaseSensor;
+        #[cfg(all(feature = "other-arms", not(test)))]
+        let result = match $shape {
+            Shape { active: 1, base: BaseSensor::Encoder } => $function::<2, 1>($($argument),*),
             Shape { active: 2, base: BaseSensor::Encoder } => $function::<3, 2>($($argument),*),
-            // Unit tests are of the paper's robot, and would be compiled for all others too.
-            #[cfg(all(feature = "other-arms", not(test)))]
             Shape { active: 3, base: BaseSensor::Encoder } => $function::<4, 3>($($argument),*),
-            #[cfg(all(feature = "other-arms", not(test)))]
+            Shape { active: 4, base: BaseSensor::Encoder } => $function::<5, 4>($($argument),*),
+            Shape { active: 5, base: BaseSensor::Encoder } => $function::<6, 5>($($argument),*),
+            Shape { active: 6, base: BaseSensor::Encoder } => $function::<7, 6>($($argument),*),
+            Shape { active: 7, base: BaseSensor::Encoder } => $function::<8, 7>($($argument),*),
+            Shape { active: 8, base: BaseSensor::Encoder } => $function::<9, 8>($($argument),*),
+            Shape { active: 1, base: BaseSensor::None } => $function::<1, 1>($($argument),*),
+            Shape { active: 2, base: BaseSensor::None } => $function::<2, 2>($($argument),*),
             Shape { active: 3, base: BaseSensor::None } => $function::<3, 3>($($argument),*),
-            #[cfg(all(feature = "other-arms", not(test)))]
+            Shape { active: 4, base: BaseSensor::None } => $function::<4, 4>($($argument),*),
+            Shape { active: 5, base: BaseSensor::None } => $function::<5, 5>($($argument),*),
+            Shape { active: 6, base: BaseSensor::None } => $function::<6, 6>($($argument),*),
             Shape { active: 7, base: BaseSensor::None } => $function::<7, 7>($($argument),*),
-            shape => Err(anyhow::anyhow!("this program is not compiled for {shape:?}")),
-        }
+            Shape { active: 8, base: BaseSensor::None } => $function::<8, 8>($($argument),*),
+            shape => Err(anyhow::anyhow!("{shape}: expected 1 to {} active joints", Shape::MOST_ACTIVE)),
+        };
+        #[cfg(not(all(feature = "other-arms", not(test))))]
+        let result = match $shape {
+            Shape::PAPER => $function::<3, 2>($($argument),*),
+            shape => Err(anyhow::anyhow!("{shape}: this program is compiled for {} only", Shape::PAPER)),
+        };
+        result
     }};
 }
 pub(crate) use for_shape;

@@ -78,7 +78,8 @@ pub struct Arguments {
     step: IntegrationStep,
     #[command(flatten)]
     dictionaries: DictionaryArguments,
-    /// How a drive starts: boot-time=700ms, emergency=8140, fault=3220, separated by commas; codes in hexadecimal digits
+    /// How a drive starts: boot-time=700ms, emergency=8140, fault=3220, separated by commas, codes in hexadecimal digits; and what it
+    /// has stored, such as 1801.1=0x282 for a TPDO2 that is on
     #[arg(long, value_name = "NODE:HOW")]
     start: Vec<StartOf>,
     /// A fault of a drive, at a time of the plant or at once; - takes them as lines from standard input
@@ -160,7 +161,7 @@ fn emulated_of<const J: usize, const N: usize>(arguments: &Arguments, text: &Rob
         PacingChoice::WallClock => Pacing::WallClock,
     };
     let nodes = robot.description.nodes();
-    let starts = arguments.start.iter().map(|start| (start.node, start.power_up));
+    let starts = arguments.start.iter().map(|start| (start.node, start.past.clone()));
     let bought = Bought::read(&arguments.dictionaries, &nodes)?.starting(starts, &nodes)?;
     let bought = bought.counting_from_zero(&incremental_joints(&robot.file.joints));
     let is_bench = !bought.is_none() || !arguments.fault.is_empty() || arguments.truth.is_some();

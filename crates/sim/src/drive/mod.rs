@@ -45,6 +45,7 @@ pub use canopen_rs::AccessType;
 pub use dictionary::{CAPACITY, DictionaryEntry, Mappable, OBJECTS};
 pub use encoder::{Encoder, EncoderDescription, EncoderError};
 pub use faults::DriveFault;
+pub use numbers::value_of;
 pub use objects::{DictionaryError, DriveDictionary, DriveObject};
 pub use parameters::{CounterAtPowerUp, DriveDescription, DriveError, DriveParameters, PowerUp};
 pub use state::EmulatedDrive;
