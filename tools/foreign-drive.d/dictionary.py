@@ -1,10 +1,12 @@
 """Object dictionaries from EDS files: python-canopen reads them, durand serves them."""
 
 import configparser
+import functools
 import io
 import re
 
 import canopen.objectdictionary
+import canopen.objectdictionary.eds
 from durand import DatatypeEnum, Record, Variable
 from durand.object_dictionary import ObjectDictionary
 
@@ -14,6 +16,7 @@ ABSENT = "0x0"  # ObjectType NULL: the object is not there
 ACCESS = {"rwr": "rw", "rww": "rw"}
 
 
+@functools.cache
 def merged(files):
     """The text of the EDS that remains when each file overrides those before it."""
     eds = configparser.RawConfigParser(inline_comment_prefixes=(";",))
@@ -34,6 +37,12 @@ def merged(files):
     return text.getvalue()
 
 
+@functools.cache
+def read(eds, node):
+    """What python-canopen makes of the text of an EDS."""
+    return canopen.objectdictionary.eds.import_eds(io.StringIO(eds), node)
+
+
 class Entries(Record):
     """A record or an array with the sub-index 0 that the EDS declares."""
 
@@ -50,11 +59,11 @@ class Entries(Record):
 class Dictionary(ObjectDictionary):
     """What an EDS declares, and nothing else: what the library would add by itself is left out."""
 
-    def __init__(self, file, node):
+    def __init__(self, eds, node):
         super().__init__()
         self.mappable = set()
         self.defaults = {}
-        for entry in canopen.objectdictionary.import_od(file, node).values():
+        for entry in read(eds, node).values():
             super().__setitem__(entry.index, self._object(entry))
 
     def __setitem__(self, index, entry):

@@ -5,6 +5,7 @@ state machine, the brake, the torque mode, the joint, the watch on the master's 
 the drive knows and allows is in its EDS.
 """
 
+import collections
 import dataclasses
 import math
 
@@ -19,6 +20,7 @@ from dictionary import Dictionary, FIRST_PROFILE_OBJECT
 from power import Power
 
 CYCLIC_SYNCHRONOUS_TORQUE = 10
+CONTROLWORD = 0x6040
 BRAKE_TIME = 0.02  # seconds from "enable operation" to an open brake
 PDO_OFF = 1 << 31
 NO_REMOTE_REQUEST = 1 << 30
@@ -33,6 +35,8 @@ NOT_IN_THIS_STATE = 0x08000022
 
 # Emergencies, CiA 301 table 26.
 ERROR_RESET = 0x0000
+UNDER_VOLTAGE = 0x3220
+OVERHEATED = 0x4210
 HEARTBEAT_LOST = 0x8130
 SYNC_LENGTH = 0x8240
 RPDO_TIMEOUT = 0x8250
@@ -75,19 +79,32 @@ class Seen:
     heartbeats: int = 0
     brake_openings: int = 0
     largest_torque: int = 0  # per mille, while the brake was open
-    feedback: int = 0
-    surplus: int = 0  # PDOs other than the first
+    sent: collections.Counter = dataclasses.field(default_factory=collections.Counter)  # frames, by identifier
+    idle_writes: list = dataclasses.field(default_factory=list)  # (index, sub-index) of what read so already
+    sync_lengths: set = dataclasses.field(default_factory=set)
     unguarded_syncs: int = 0  # SYNCs with an open brake and no watchdog that would close it
 
 
+@dataclasses.dataclass(frozen=True)
+class Maker:
+    """What no dictionary tells of a drive."""
+
+    torque_unit: float = 1e-3  # of 6076h, N m
+    torque_delay: float = 0.0  # until a torque is there, periods
+    command_rpdo: int = 1  # the RPDO that its master uses
+    modes: int = 0x3A9  # that it takes, if it does not list them in 6502h
+    mode_resets: tuple = ()  # objects that have their defaults again when 6060h is written
+
+
 class Drive:
-    def __init__(self, bus, node, eds, joint, period, torque_unit=1e-3):
+    def __init__(self, bus, node, eds, joint, period, maker):
         self.id, self.eds, self.joint, self.seen = node, eds, joint, Seen()
-        self._bus, self._period, self._torque_unit = bus, period, torque_unit
+        self._bus, self._period, self._maker = bus, period, maker
         self._port = None
         self._timers = {}
-        # What else happens when an object is about to be written by SDO, and at each SYNC.
-        self.on_write = self.on_sync = lambda: None
+        self._last_torque = 0
+        # What else happens when it has booted, when an object is about to be written by SDO, at each SYNC, and in a new power state.
+        self.on_boot = self.on_write = self.on_sync = self.on_state = lambda: None
         self.brake_open = False
         self.state = Power.SWITCH_ON_DISABLED
         self._boot({})
@@ -106,10 +123,28 @@ class Drive:
         pdos = {"rpdos": self.objects.pdos(0x1400), "tpdos": self.objects.pdos(0x1800)}
         self.node = Node(self._port, self.id, self.objects, NodeCapabilities(sdo_servers=1, **pdos))
         self.node.sync.callbacks.add(self._checked(self._on_sync))
+        self._keep_identifiers()
         self._load(kept)
         self._react()
         self._show()
         self.objects.write(0x6064, 0, self.counts())
+        self.on_boot()
+
+    def _keep_identifiers(self):
+        """The stack gives its first four PDOs the predefined identifiers at each NMT start; these keep those that were written."""
+
+        def follow(pdo):
+            def enter(state):
+                if state == StateEnum.OPERATIONAL:
+                    pdo._activate_mapping()
+                else:
+                    pdo._deactivate_mapping()
+
+            return enter
+
+        for pdo in self.node.rpdo + self.node.tpdo:
+            self.node.nmt.state_callbacks.remove(pdo._update_nmt_state)
+            self.node.nmt.state_callbacks.add(follow(pdo))
 
     def _load(self, kept):
         for (index, subindex), value in self.objects.defaults.items():
@@ -136,8 +171,8 @@ class Drive:
         self._boot({})
 
     def _reset_communication(self):
-        """6007h = 0, no action, also keeps the power on."""
-        if self.objects.has(0x6007) and self._value(0x6007) != 0:
+        """6007h = 0, no action, also keeps the power on, and no reset ends a fault."""
+        if self._abort_option() != 0 and self.state is not Power.FAULT:
             self._enter(Power.SWITCH_ON_DISABLED)
         kept = {name: self._value(*name) for name in self.objects.defaults if name[0] >= FIRST_PROFILE_OBJECT}
         self._boot(kept)
@@ -148,12 +183,13 @@ class Drive:
         """Sees each frame before the stack does."""
         if identifier == 0 and data[1] in (0, self.id):
             return self._on_nmt(data[0])
-        if identifier == 0x80 and len(data) != (1 if self._counts_syncs() else 0):
-            self._emergency(SYNC_LENGTH, GENERIC | COMMUNICATION)
-            return True
+        if identifier == 0x80:
+            self.seen.sync_lengths.add(len(data))
+            if len(data) != (1 if self._counts_syncs() else 0):
+                self.emergency(SYNC_LENGTH, GENERIC | COMMUNICATION)
+                return True
         if identifier == 0x600 + self.id and data[0] >> 5 == 1:
-            self.seen.writes.append((int.from_bytes(data[1:3], "little"), data[3], self.state))
-            self.on_write()
+            self._on_download(int.from_bytes(data[1:3], "little"), data[3], data[4:])
         if identifier == self._rpdo_identifier() and self.node.nmt.state == StateEnum.OPERATIONAL:
             self._on_rpdo()
         if self._watched and identifier == 0x700 + self._watched[0]:
@@ -169,12 +205,24 @@ class Drive:
             self._reset_communication()
         return command in (RESET_NODE, RESET_COMMUNICATION)
 
+    def _on_download(self, index, subindex, data):
+        """Expedited, as all objects here are: four bytes at most, of which the first hold the value."""
+        self.seen.writes.append((index, subindex, self.state))
+        if self.objects.has(index, subindex) and index != CONTROLWORD:
+            found = self.objects.lookup(index, subindex).pack(self._value(index, subindex))
+            if data[: len(found)] == found:
+                self.seen.idle_writes.append((index, subindex))
+        self.on_write()
+
     def _count(self, identifier):
-        self.seen.feedback += 0x180 <= identifier < 0x200
-        self.seen.surplus += 0x200 <= identifier < 0x580
+        self.seen.sent[identifier] += 1
+
+    def _rpdo(self):
+        """The index of the communication parameters of the RPDO that carries commands."""
+        return 0x1400 + self._maker.command_rpdo - 1
 
     def _rpdo_identifier(self):
-        identifier = self._value(0x1400, 1)
+        identifier = self._value(self._rpdo(), 1)
         return None if identifier & PDO_OFF else identifier & IDENTIFIER
 
     def _counts_syncs(self):
@@ -251,10 +299,13 @@ class Drive:
         return self.objects.read(index, subindex)
 
     def _refuses_mode(self, mode):
-        known = self._value(0x6502) >> (mode - 1) & 1 if mode > 0 else mode == 0
+        modes = self._value(0x6502) if self.objects.has(0x6502) else self._maker.modes
+        known = modes >> (mode - 1) & 1 if mode > 0 else mode == 0
         return None if known else VALUE_OUT_OF_RANGE
 
     def _on_mode(self, mode):
+        for multiplexor in self._maker.mode_resets:
+            self.objects.write(*multiplexor, self.objects.defaults[multiplexor])
         if self.objects.lookup(0x6061).access != "const":
             self.objects.write(0x6061, 0, mode)
 
@@ -265,7 +316,7 @@ class Drive:
         self._controlword = controlword
         if self.state is Power.FAULT:
             if rising & power.FAULT_RESET:
-                self._emergency(ERROR_RESET, 0)
+                self.emergency(ERROR_RESET, 0)
                 self._enter(Power.SWITCH_ON_DISABLED)
             return
         stays = self.objects.has(0x605A) and self._value(0x605A) >= 5
@@ -285,6 +336,7 @@ class Drive:
         open_before, self.brake_open = self.brake_open, state is Power.OPERATION_ENABLED
         self.seen.brake_openings += self.brake_open and not open_before
         self._show()
+        self.on_state()
 
     def _show(self):
         self.objects.write(0x6041, 0, self.state.statusword())
@@ -292,6 +344,10 @@ class Drive:
     def enable(self):
         """As a master leaves a drive that it enabled before it was killed."""
         self._enter(Power.OPERATION_ENABLED)
+
+    def fail(self):
+        """As a fault of the last run leaves a drive."""
+        self._enter(Power.FAULT)
 
     # --- cycle ----------------------------------------------------------------------------------------------------
 
@@ -303,7 +359,7 @@ class Drive:
 
     def rated_torque(self):
         """N m, of the motor."""
-        return self._value(0x6076) * self._torque_unit if self.objects.has(0x6076) else 0.2
+        return self._value(0x6076) * self._maker.torque_unit if self.objects.has(0x6076) else 0.2
 
     def counts(self):
         """Motor counts: what 6064h reads."""
@@ -318,14 +374,16 @@ class Drive:
         self.seen.unguarded_syncs += self.brake_open and not self.armed()
         torque = self.torque()
         self.seen.largest_torque = max(self.seen.largest_torque, abs(torque))
-        self.joint.advance(torque * 1e-3 * self.rated_torque(), not self.brake_open, self._period)
+        late, self._last_torque = self._last_torque, torque
+        for per_mille, part in ((late, self._maker.torque_delay), (torque, 1 - self._maker.torque_delay)):
+            self.joint.advance(per_mille * 1e-3 * self.rated_torque(), not self.brake_open, self._period * part)
         self.objects.write(0x6064, 0, self.counts())
         if self.objects.has(0x6077):
             self.objects.write(0x6077, 0, torque)
 
     def _on_rpdo(self):
         self.seen.rpdos += 1
-        timeout = self._value(0x1400, 5) if self.objects.has(0x1400, 5) else 0
+        timeout = self._value(self._rpdo(), 5) if self.objects.has(self._rpdo(), 5) else 0
         if timeout:
             self._start_timer("rpdo", timeout * 1e-3, self._rpdo_late)
 
@@ -336,22 +394,24 @@ class Drive:
         self._stop_timer("heartbeat")
         self._watched = (producer, milliseconds * 1e-3) if milliseconds else None
 
+    def _abort_option(self):
+        """6007h; a drive without it takes the loss of its master for a fault."""
+        return self._value(0x6007) if self.objects.has(0x6007) else 1
+
     def armed(self):
         """True if a watchdog would brake this drive now."""
-        heartbeat = "heartbeat" in self._timers and self.objects.has(0x6007) and self._value(0x6007) != 0
-        return heartbeat or "rpdo" in self._timers
+        return "heartbeat" in self._timers and self._abort_option() != 0 or "rpdo" in self._timers
 
     def _heartbeat_lost(self):
-        self._emergency(HEARTBEAT_LOST, GENERIC | COMMUNICATION)
+        self.emergency(HEARTBEAT_LOST, GENERIC | COMMUNICATION)
         reactions = {1: Power.FAULT, 2: Power.SWITCH_ON_DISABLED, 3: Power.SWITCH_ON_DISABLED}
-        reaction = self._value(0x6007) if self.objects.has(0x6007) else 0
-        self._enter(reactions.get(reaction, self.state))
+        self._enter(reactions.get(self._abort_option(), self.state))
 
     def _rpdo_late(self):
-        self._emergency(RPDO_TIMEOUT, GENERIC | COMMUNICATION)
+        self.emergency(RPDO_TIMEOUT, GENERIC | COMMUNICATION)
         self._enter(Power.FAULT)
 
-    def _emergency(self, code, register):
+    def emergency(self, code, register):
         self.seen.emergencies.append(code)
         self.node.emcy.set(code, register)
 

@@ -1,286 +1,352 @@
-"""Starts three foreign drives, lets `uarm run` drive them, and judges both, once for each trait.
+"""The traits of bought drives, which of them are tried together, and what must come of it.
 
-Usage: traits.py [TRAIT...]; the environment variable UARM names the program. Each trait prints one line; the last line counts them.
+Usage: traits.py [TRAIT...]; the environment variable UARM names the program. Each trial prints one line; the last line counts them.
 """
 
-import dataclasses
-import math
-import os
-import pathlib
-import subprocess
 import sys
-import tempfile
 import time
-import typing
 
 from bus import Bus
-from dictionary import merged
-from drive import ERROR_RESET, HEARTBEAT_LOST, RPDO_TIMEOUT, Drive, Joint
+from drive import ERROR_RESET, HEARTBEAT_LOST, OVERHEATED, RPDO_TIMEOUT, UNDER_VOLTAGE, Maker
+from judge import judge
 from power import Power
-
-HERE = pathlib.Path(__file__).parent
-ROBOT = HERE.parent.parent / "robots" / "uarm.toml"
-INTERFACE = "vcan0"
-PATIENCE = 600.0  # seconds; a run takes two, but the time of a guest leaps while it waits for a file
-PERIOD = 0.01  # seconds; Python in an emulated machine wants some
-NODES = (1, 2, 3)
-START_DEG = (0.0, 20.0, 20.0)
-END_DEG = (0.0, 30.0, 30.0)
-REACHED_DEG = 1.0
-CYCLES = 80  # of the task and its hold
-OK, FAILURE, KILLED = 0, 1, -9
-CONTROLWORD = 0x6040
-AFTERWARDS = 0.3  # seconds; longer than any drive bears to hear nothing
-ABORT_IS_FAULT = '{ index = 0x6007, subindex = 0, type = "i16", value = 1 }'
-
-
-@dataclasses.dataclass(frozen=True)
-class Trait:
-    """What node 2 has of its own, and what must come of it."""
-
-    name: str
-    text: tuple = ()  # in what uarm prints
-    exit: int = OK
-    power: Power = Power.OPERATION_ENABLED  # the furthest state that any drive may reach
-    dictionary: str = ""  # what overrides the dictionary that works with everything
-    writes: tuple = (ABORT_IS_FAULT,)
-    encoder: str = "counts_per_revolution = 16384"
-    drive: str = "rated_torque_nm = 0.2"
-    joint: str = ""
-    gear: float = 1.0
-    torque_unit: float = 1e-3  # of 6076h, N m
-    brake_openings: int = 1
-    emergencies: tuple = (HEARTBEAT_LOST,)  # those that it may send: the master's heartbeat ends before the drive does
-    must_send: int | None = None  # an emergency that it must send
-    event: typing.Callable = lambda bus, drives, uarm: None  # what happens beside the run
-
+from trial import (
+    ABORT_IS_FAULT,
+    CANNOT,
+    FAILURE,
+    INTERFACE,
+    KILLED,
+    PLAIN,
+    WORKS_WITH,
+    Trait,
+    Trial,
+    nothing,
+    tried,
+)
 
 WATCHES_RPDO = 'rated_torque_nm = 0.2, watchdog = "rpdo-timeout", rpdo_timeout_ms = 100'
+MAKERS_LINES = 'counts_per_revolution = 16384, resolution_object = {{ index = 0x3010, subindex = 4, equals = {} }}'
+OF_CURRENT = 'rated_torque_nm = 0.2, target_torque_of = "rated-current", rated_current_ma = {}'
 
 
-def refused(name, *text, power=Power.SWITCH_ON_DISABLED, dictionary=None, **others):
-    """A trait with which nothing may start; as a rule before any power."""
-    dictionary = name if dictionary is None else dictionary
-    return Trait(name, text, FAILURE, power, dictionary=dictionary, **others)
+def refused(name, *text, power=Power.SWITCH_ON_DISABLED, event=nothing, **trait):
+    """A trial in which nothing may start; as a rule before any power."""
+    return Trial((Trait(name, **trait),), text, FAILURE, power, event=event)
 
 
-def works(name, dictionary=None, **others):
-    return Trait(name, dictionary=name if dictionary is None else dictionary, **others)
+# --- what happens beside a run ----------------------------------------------------------------------------------------
 
 
-def reboots(_bus, drives, _uarm):
+def reboots(drives, _uarm):
     """Node 2 loses its supply for a moment while node 3 is being set up."""
 
     def reboot():
-        drives[2].on_write = lambda: None
+        drives[2].on_write = nothing
         drives[1].reboot()
 
     drives[2].on_write = reboot
 
 
-def is_enabled(_bus, drives, _uarm):
-    """A master that was killed left node 2 enabled."""
-    drives[1].enable()
-
-
-def is_left_alone(_bus, drives, uarm):
+def is_left_alone(drives, uarm):
     """The master is killed in the middle of the motion."""
+    CYCLE = 40
 
     def kill():
-        if drives[1].seen.syncs == CYCLES // 2:
+        if drives[1].seen.syncs == CYCLE:
             uarm.kill()
 
     drives[1].on_sync = kill
 
 
-TRAITS = [
-    works("works", dictionary=""),
-    works("no-sync-counter"),
-    works("no-resolution", encoder='counts_per_revolution = 16384, resolution_object = "absent"'),
-    refused("no-resolution-unsaid", "608F", 'resolution_object = "absent"', dictionary="no-resolution"),
-    works("whole-milliseconds"),
-    works("fixed-interpolation"),
-    refused("other-interpolation", "60C2"),
-    works("no-interpolation"),
-    works("rated-torque-read-only"),
-    works("rated-torque-micro", drive='rated_torque_nm = 0.2, rated_torque_unit = "uNm"', torque_unit=1e-6),
-    works("no-rated-torque", drive='rated_torque_nm = 0.2, target_torque_of = "stated-torque"'),
-    works("gear", drive="rated_torque_nm = 0.004", encoder="counts_per_revolution = 1024", joint="gear_ratio = [50, 1]", gear=50.0),
-    refused("no-heartbeat-consumer", "1016"),
-    works("rpdo-watchdog", drive=WATCHES_RPDO, emergencies=(RPDO_TIMEOUT, ERROR_RESET)),
-    Trait(
-        "rpdo-watchdog-killed",
-        dictionary="rpdo-watchdog",
-        drive=WATCHES_RPDO,
+def alarms_in_set_up(*codes):
+    """Emergencies between the first SDO to the drive and its enabling."""
+
+    def prepare(drive):
+        def alarm():
+            drive.on_write = nothing
+            for code in codes:
+                drive.emergency(code, 0)
+
+        drive.on_write = alarm
+
+    return prepare
+
+
+def alarms_at_boot(drive):
+    """As a drive that reports what ended the last run."""
+    drive.on_boot = lambda: drive.emergency(UNDER_VOLTAGE, 0)
+
+
+def alarms_when_enabled(drive):
+    """Between the enabling and the first SYNC; it stays enabled."""
+
+    def alarm():
+        if drive.brake_open:
+            drive.emergency(OVERHEATED, 0)
+
+    drive.on_state = alarm
+
+
+# --- the table --------------------------------------------------------------------------------------------------------
+
+NO_SYNC_COUNTER = Trait("no-sync-counter", holds={(0x1019, 0): 0})
+NO_RESOLUTION = Trait("no-resolution", encoder='counts_per_revolution = 16384, resolution_object = "absent"')
+WHOLE_MILLISECONDS = Trait("whole-milliseconds", holds={(0x60C2, 1): 10, (0x60C2, 2): -3})
+FIXED_INTERPOLATION = Trait("fixed-interpolation", holds={(0x60C2, 1): 10, (0x60C2, 2): -3})
+FIXED_EXPONENT = Trait("fixed-exponent", holds={(0x60C2, 1): 100, (0x60C2, 2): -4})
+NO_INTERPOLATION = Trait("no-interpolation")
+RATED_TORQUE_READ_ONLY = Trait("rated-torque-read-only")
+RATED_TORQUE_MICRO = Trait(
+    "rated-torque-micro", drive='rated_torque_nm = 0.2, rated_torque_unit = "uNm"', maker=Maker(torque_unit=1e-6)
+)
+NO_RATED_TORQUE = Trait("no-rated-torque", drive='rated_torque_nm = 0.2, target_torque_of = "stated-torque"')
+RATED_CURRENT = Trait("rated-current", drive=OF_CURRENT.format(3000))
+OWN_LIMIT = Trait("own-limit", holds={(0x6072, 0): 500})
+RESOLUTION_OBJECT = Trait("resolution-object", encoder=MAKERS_LINES.format(4096))
+GEAR = Trait(
+    "gear",
+    drive="rated_torque_nm = 0.004",
+    encoder="counts_per_revolution = 1024",
+    joint="gear_ratio = [50, 1]",
+    gear=50.0,
+)
+GEAR_INSIDE = Trait(
+    "gear-inside",
+    code=WORKS_WITH,
+    rows={"6091h:01": 'drive.writes: { index = 0x6091, subindex = 1, type = "u32", value = 1 }'},
+)
+FEED_UNIT = Trait(
+    "feed-unit",
+    code=WORKS_WITH,
+    rows={"6092h:01": 'drive.writes: { index = 0x6092, subindex = 1, type = "u32", value = 1 }'},
+    holds={(0x6092, 1): 1},
+)
+TURNED = Trait(
+    "turned",
+    code=WORKS_WITH,
+    rows={"607Eh:00": 'drive.writes: { index = 0x607E, subindex = 0, type = "u8", value = 0 }'},
+)
+AT_SYNC = Trait("at-sync", drive='rated_torque_nm = 0.2, torque_applies = "at-sync"', holds={(0x1400, 2): 1})
+AT_SYNC_SLOW = Trait("at-sync-slow", dictionary="at-sync", drive=AT_SYNC.drive)
+LATE_TORQUE = Trait(
+    "late-torque", dictionary="", drive="rated_torque_nm = 0.2, torque_delay_us = 1000", maker=Maker(torque_delay=0.2)
+)
+TPDOS_ON = Trait("tpdos-on")
+IDENTIFIER_BITS = Trait("identifier-bits")
+FIXED_MAPPING = Trait("fixed-mapping")
+OTHER_PDOS = Trait(
+    "other-pdos",
+    dictionary="tpdos-on other-pdos",
+    drive="rated_torque_nm = 0.2, pdo = { rpdo = 2, rpdo_id = 0x331, tpdo = 3, tpdo_id = 0x1F2, "
+    "torque_tpdo = 2, torque_tpdo_id = 0x1FA, keep_tpdos = [4] }",
+    maker=Maker(command_rpdo=2),
+    sends=(0x1F2, 0x1FA, 0x482),
+    holds={
+        (0x1400, 1): 0x80000202,
+        (0x1401, 1): 0x331,
+        (0x1401, 2): 255,
+        (0x1600, 0): 1,
+        (0x1600, 2): 0,
+        (0x1601, 0): 2,
+        (0x1601, 1): 0x60400010,
+        (0x1601, 2): 0x60710010,
+        (0x1800, 1): 0x80000182,
+        (0x1800, 2): 255,
+        (0x1801, 1): 0x1FA,
+        (0x1801, 2): 1,
+        (0x1802, 1): 0x1F2,
+        (0x1802, 2): 1,
+        (0x1803, 1): 0x482,
+        (0x1A00, 0): 1,
+        (0x1A00, 2): 0,
+        (0x1A01, 0): 1,
+        (0x1A01, 1): 0x60770010,
+        (0x1A02, 0): 2,
+        (0x1A02, 1): 0x60410010,
+        (0x1A02, 2): 0x60640020,
+    },
+)
+TORQUE_FEEDBACK = Trait(
+    "torque-feedback",
+    dictionary="",
+    drive="rated_torque_nm = 0.2, pdo = { torque_tpdo = 2 }",
+    sends=(0x183, 0x283),
+    holds={(0x1801, 1): 0x283, (0x1801, 2): 1, (0x1A01, 0): 1, (0x1A01, 1): 0x60770010},
+)
+WRITTEN_AFTER = Trait(
+    "written-after",
+    dictionary="",
+    maker=Maker(mode_resets=((0x6072, 0),)),
+    writes=(ABORT_IS_FAULT, '{ index = 0x6072, subindex = 0, type = "u16", value = 900, when = "after" }'),
+    holds={(0x6072, 0): 900},
+    last_write=(0x6072, 0),
+)
+NO_ABORT_OPTION = Trait(
+    "no-abort-option", drive='rated_torque_nm = 0.2, without_6007h = "tried with the arm in a jig"', writes=()
+)
+NO_MODE_LIST = Trait("no-mode-list")
+FIXED_SYNC_COUNTER = Trait("fixed-sync-counter")
+FIXED_HEARTBEAT = Trait("fixed-heartbeat")
+RPDO_WATCHDOG = Trait("rpdo-watchdog", drive=WATCHES_RPDO, emergencies=(RPDO_TIMEOUT, ERROR_RESET))
+PINNED = Trait(
+    "pinned", dictionary="", drive="rated_torque_nm = 0.2, identity = { product = 0x46524742, serial = 1003 }"
+)
+# A master that was killed left it enabled.
+FOUND_ENABLED = Trait("found-enabled", dictionary="", brake_openings=2, prepare=lambda drive: drive.enable())
+FOUND_IN_FAULT = Trait(
+    "found-in-fault", dictionary="", prepare=lambda drive: drive.fail(), emergencies=(ERROR_RESET, HEARTBEAT_LOST)
+)
+ALARM_OVER = Trait(
+    "alarm-over",
+    dictionary="",
+    prepare=alarms_in_set_up(OVERHEATED, ERROR_RESET),
+    emergencies=(OVERHEATED, ERROR_RESET, HEARTBEAT_LOST),
+    must_send=OVERHEATED,
+)
+ALARM_AT_BOOT = Trait(
+    "alarm-at-boot",
+    dictionary="",
+    prepare=alarms_at_boot,
+    emergencies=(UNDER_VOLTAGE, HEARTBEAT_LOST),
+    must_send=UNDER_VOLTAGE,
+)
+
+TRIALS = [
+    Trial((PLAIN,), ("torque 6072h 1000 (3E8h), current 6073h 1000 (3E8h)",)),
+    # Drives with which a run works.
+    Trial((NO_SYNC_COUNTER, NO_RESOLUTION), sync_length=0),
+    Trial((WHOLE_MILLISECONDS, FIXED_INTERPOLATION)),
+    Trial((NO_INTERPOLATION, RATED_TORQUE_READ_ONLY)),
+    Trial((RATED_TORQUE_MICRO, NO_RATED_TORQUE)),
+    Trial((GEAR, IDENTIFIER_BITS)),
+    Trial((TPDOS_ON, FIXED_MAPPING)),
+    Trial((RPDO_WATCHDOG, PINNED)),
+    Trial((FOUND_ENABLED, FOUND_IN_FAULT)),
+    Trial((AT_SYNC, LATE_TORQUE), period=0.005),
+    Trial((OTHER_PDOS, TORQUE_FEEDBACK), reports_torque=True),
+    Trial((RESOLUTION_OBJECT, RATED_CURRENT, FIXED_HEARTBEAT)),
+    Trial(
+        (WRITTEN_AFTER, NO_ABORT_OPTION, NO_MODE_LIST),
+        ("joint 3: 6007h need not be set, as the robot file says: tried with the arm in a jig", "node 1: 6502h:00"),
+    ),
+    Trial(
+        (FIXED_EXPONENT, OWN_LIMIT, FIXED_SYNC_COUNTER),
+        (
+            "node 3: its own limits, per mille of the rated: torque 6072h 500 (1F4h), current 6073h 700 (2BCh)",
+            "the drive cuts torque below the robot file's limit",
+        ),
+        sync_length=0,
+    ),
+    Trial((ALARM_OVER, ALARM_AT_BOOT), bus='sync_counter = "off"', sync_length=0),
+    Trial((GEAR_INSIDE, FEED_UNIT, TURNED), as_printed=True),
+    # Drives whose master is killed.
+    Trial(
+        (Trait("rpdo-watchdog-killed", dictionary="rpdo-watchdog", drive=WATCHES_RPDO, must_send=RPDO_TIMEOUT),),
         exit=KILLED,
-        must_send=RPDO_TIMEOUT,
         event=is_left_alone,
     ),
+    Trial((Trait("killed", dictionary="", must_send=HEARTBEAT_LOST),), exit=KILLED, event=is_left_alone),
+    # Drives with which nothing starts, and what is said of them.
+    refused("no-resolution-unsaid", "608F", 'resolution_object = "absent"', dictionary="no-resolution"),
+    refused("gear-inside-unsaid", "node 2: 6091h:01", "drive.writes", dictionary="gear-inside"),
+    refused("other-interpolation", "60C2"),
+    refused("other-exponent", "60C2h:01", "control.period_us"),
+    refused("other-heartbeat", "1017h:00", "drive_heartbeat_ms"),
+    refused("no-heartbeat-consumer", "1016"),
     refused("rpdo-watchdog-unsaid", "1016", 'drive.watchdog = "rpdo-timeout"', dictionary="rpdo-watchdog"),
     refused("nothing-on-loss", "6007", dictionary="", writes=()),
-    works("tpdos-on"),
-    works("identifier-bits"),
-    works("fixed-mapping"),
     refused("other-mapping", "1A00"),
+    refused("other-pdos-unsaid", "1803h:01", dictionary=OTHER_PDOS.dictionary),
+    refused("at-sync-unsaid", "1400h:02", 'drive.torque_applies = "at-sync"', dictionary="at-sync"),
+    # A cycle of 10 ms more is too late for the loop.
+    Trial((AT_SYNC_SLOW, AT_SYNC_SLOW), ("would swing up",), FAILURE, Power.SWITCH_ON_DISABLED, untouched=True),
     refused("no-torque-mode", "6502"),
+    refused("mode-not-taken", "6060h:00", dictionary="no-mode-list", maker=Maker(modes=0x1A9)),
     refused("wrong-mode-display", "6061", power=Power.SWITCHED_ON),
-    refused("reboots", "boot", dictionary="", event=reboots),
-    works("pinned", dictionary="", drive="rated_torque_nm = 0.2, identity = { product = 0x46524742, serial = 1002 }"),
     refused("pinned-other", "1018", dictionary="", drive="rated_torque_nm = 0.2, identity = { serial = 1003 }"),
-    works("found-enabled", dictionary="", brake_openings=2, event=is_enabled),
-    Trait("killed", exit=KILLED, must_send=HEARTBEAT_LOST, event=is_left_alone),
+    refused("reboots", "boot", dictionary="", event=reboots),
+    refused("alarm-in-set-up", "4210h", dictionary="", power=Power.SWITCHED_ON, prepare=alarms_in_set_up(OVERHEATED)),
+    # Brakes are open when it comes, and no SYNC follows.
+    refused("alarm-enabled", "4210h", dictionary="", power=Power.OPERATION_ENABLED, prepare=alarms_when_enabled),
+    # Drives that `uarm drive check` judges.
+    Trial(
+        (
+            Trait(
+                "rated-torque-micro-unsaid",
+                dictionary="rated-torque-micro",
+                code=WORKS_WITH,
+                rows={"6076h:00": 'drive.rated_torque_unit = "uNm"'},
+            ),
+            Trait(
+                "no-rated-torque-unsaid",
+                dictionary="no-rated-torque",
+                code=WORKS_WITH,
+                rows={"6076h:00": 'drive.target_torque_of = "stated-torque"'},
+            ),
+            Trait(
+                "no-abort-option-unsaid",
+                dictionary="no-abort-option",
+                writes=(),
+                code=WORKS_WITH,
+                rows={"6007h:00": "drive.without_6007h"},
+            ),
+        ),
+        check=True,
+    ),
+    Trial(
+        (
+            Trait(
+                "resolution-object-other",
+                dictionary="resolution-object",
+                encoder=MAKERS_LINES.format(8192),
+                code=CANNOT,
+                rows={"3010h:04": "one of them is wrong"},
+            ),
+            Trait(
+                "no-sync-counter-wanted",
+                dictionary="no-sync-counter",
+                code=CANNOT,
+                rows={"1019h:00": '[bus] sync_counter = "auto"'},
+            ),
+            Trait(
+                "rated-current-other",
+                dictionary="rated-current",
+                drive=OF_CURRENT.format(2000),
+                code=WORKS_WITH,
+                rows={"6075h:00": "2000"},
+            ),
+        ),
+        bus='sync_counter = "on"',
+        check=True,
+    ),
 ]
 
 
-def robot_file(trait):
-    """The paper's robot with a mild task, and the joints of `trait`."""
-    text = ROBOT.read_text(encoding="utf-8")
-    for old, new in (
-        ("end_deg = [80.0, 60.0]", f"end_deg = [{END_DEG[1]}, {END_DEG[2]}]"),
-        ("duration_s = 3.0", "duration_s = 0.6"),
-        ("hold_s = 0.5", "hold_s = 0.2"),
-        ("period_us = 3000", f"period_us = {round(PERIOD * 1e6)}"),
-        ("controller_timeout_ms = 50", "controller_timeout_ms = 200"),
-        ("drive_timeout_ms = 200", "drive_timeout_ms = 400"),
-        ("cutoff_rad_per_s = 27.81882", "cutoff_rad_per_s = 100.0"),
-        # These joints are wheels of their own, and no arm: the model says nothing of them.
-        ('mode = "on"', 'mode = "off"'),
-    ):
-        if text.count(old) != 1:
-            sys.exit(f"{ROBOT}: expected '{old}' once")
-        text = text.replace(old, new)
-    before, rest = text.split("[[joints]]", 1)
-    after = rest[rest.index("# -----") :]
-    return before + "".join(joint_text(node, trait if node == 2 else TRAITS[0]) for node in NODES) + after
-
-
-def joint_text(node, trait):
-    role, torque, rate = ("passive", 0.0, 0.0) if node == 1 else ("active", 0.2, 100.0)
-    return f"""[[joints]]
-name = "joint {node}"
-role = "{role}"
-node = {node}
-{trait.joint}
-encoder = {{ {trait.encoder}, counter_bits = 32, direction = "positive", zero_counts = 0 }}
-drive = {{ {trait.drive}, writes = [{", ".join(trait.writes)}] }}
-limits = {{ torque_nm = {torque}, torque_rate_nm_per_s = {rate}, velocity_deg_per_s = 360.0, minimum_deg = -170.0, maximum_deg = 170.0 }}
-
-"""
-
-
-def connect(bus, trait, folder):
-    drives = []
-    for node, angle in zip(NODES, START_DEG):
-        special = node == 2
-        eds = folder / f"node-{node}.eds"
-        names = ["works", trait.dictionary] if special and trait.dictionary else ["works"]
-        eds.write_text(merged([HERE / "dictionaries" / f"{name}.eds" for name in names]), encoding="utf-8")
-        joint = Joint(math.radians(angle), gear=trait.gear if special else 1.0)
-        drives.append(Drive(bus, node, str(eds), joint, PERIOD, trait.torque_unit if special else 1e-3))
-    return drives
-
-
-def run(bus, trait, folder):
-    """Runs uarm against the drives; its exit code, what it printed, and the drives as they are then."""
-    drives = connect(bus, trait, folder)
-    file = folder / "robot.toml"
-    file.write_text(robot_file(trait), encoding="utf-8")
-    command = [os.environ["UARM"], "run", "--can", INTERFACE, "--robot", file, "--rt", "prefer", "--log", "none"]
-    with open(folder / "output", "w+", encoding="utf-8") as output:
-        with subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT) as uarm:
-            trait.event(bus, drives, uarm)
-            end = time.monotonic() + PATIENCE
-            while uarm.poll() is None:
-                bus.turn(0.02)
-                if time.monotonic() > end:
-                    uarm.kill()
-        end = time.monotonic() + AFTERWARDS
-        while time.monotonic() < end:
-            bus.turn(AFTERWARDS)
-        for drive in drives:
-            drive.unplug()
-        output.seek(0)
-        return uarm.returncode, output.read(), drives
-
-
-# --- the judge --------------------------------------------------------------------------------------------------------
-
-ORDER = [Power.SWITCH_ON_DISABLED, Power.READY_TO_SWITCH_ON, Power.SWITCHED_ON, Power.OPERATION_ENABLED]
-
-
-def judge(trait, drive):
-    """What is wrong with what a drive saw."""
-    seen = drive.seen
-    highest = max((ORDER.index(state) for state in seen.states if state in ORDER), default=0)
-    yield from seen.errors
-    if drive.brake_open:
-        yield "its brake is open at the end"
-    if drive.torque() != 0:
-        yield f"its torque is {drive.torque()} per mille at the end"
-    if highest > ORDER.index(trait.power):
-        yield f"reached {ORDER[highest].name}"
-    if drive.id == 2 and trait.must_send and trait.must_send not in seen.emergencies:
-        yield f"did not send emergency {trait.must_send:04X}h"
-    if trait.exit == OK:
-        yield from judge_run(drive, trait if drive.id == 2 else TRAITS[0])
-
-
-def judge_run(drive, trait):
-    seen = drive.seen
-    index = NODES.index(drive.id)
-    if seen.boots != 2:
-        yield f"booted {seen.boots} times, expected at power-up and after the reset"
-    if seen.brake_openings != trait.brake_openings:
-        yield f"its brake opened {seen.brake_openings} times"
-    if seen.syncs < CYCLES or seen.rpdos < seen.syncs or seen.feedback < CYCLES:
-        yield f"{seen.syncs} SYNCs, {seen.rpdos} RPDOs, {seen.feedback} TPDOs, expected {CYCLES}"
-    if seen.surplus:
-        yield f"sent {seen.surplus} PDOs that nobody asked for"
-    if seen.unguarded_syncs:
-        yield f"no watchdog was armed at {seen.unguarded_syncs} SYNCs"
-    late = [
-        f"{index:04X}h:{subindex:02X}"
-        for index, subindex, state in seen.writes
-        if state is not Power.SWITCH_ON_DISABLED and index != CONTROLWORD
-    ]
-    if late:
-        yield f"written with power on: {', '.join(late)}"
-    if set(seen.emergencies) - set(trait.emergencies):
-        yield f"sent emergencies {', '.join(f'{code:04X}h' for code in seen.emergencies)}"
-    if (seen.largest_torque > 0) != (drive.id != NODES[0]):
-        yield f"largest torque {seen.largest_torque} per mille"
-    reached = math.degrees(drive.joint.angle)
-    if abs(reached - END_DEG[index]) > REACHED_DEG:
-        yield f"reached {reached:.2f} degrees, expected {END_DEG[index]}"
-
-
-def try_trait(bus, trait):
-    """Prints the trait's line; true if everything is as expected."""
-    with tempfile.TemporaryDirectory() as folder:
-        begun = time.monotonic()
-        code, output, drives = run(bus, trait, pathlib.Path(folder))
+def try_out(bus, trial):
+    """Prints the trial's line; true if everything is as expected."""
+    begun = time.monotonic()
+    with tried(bus, trial) as outcome:
         took = time.monotonic() - begun
-    wrong = [f"node {drive.id} {what}" for drive in drives for what in judge(trait, drive)]
-    if code != trait.exit:
-        wrong.append(f"exit code {code}, expected {trait.exit}")
-    wrong += [f"'{text}' is not in the output" for text in trait.text if text not in output]
-    seen = drives[1].seen
-    print(
-        f"{'FAILED' if wrong else 'ok    '} {trait.name}: exit {code}, {seen.syncs} SYNCs, {seen.rpdos} RPDOs, "
-        f"largest torque {seen.largest_torque} per mille, {took:.1f} s"
-    )
-    if wrong:
-        print("\n".join(f"       {line}" for line in wrong), output, sep="\n")
+        wrong = list(judge(trial, outcome))
+        seen = outcome.drives[1].seen
+        print(
+            f"{'FAILED' if wrong else 'ok    '} {trial.name}: exit {outcome.code}, {seen.syncs} SYNCs, {seen.rpdos} RPDOs, "
+            f"largest torque {seen.largest_torque} per mille, {took:.1f} s"
+        )
+        if wrong:
+            print("\n".join(f"       {line}" for line in wrong), outcome.output, sep="\n")
     return not wrong
 
 
 def main():
-    names = sys.argv[1:]
-    unknown = set(names) - {trait.name for trait in TRAITS}
+    names = set(sys.argv[1:])
+    known = [trait.name for trial in TRIALS for trait in trial.traits]
+    unknown = names - set(known)
     if unknown:
-        sys.exit(f"no trait {', '.join(sorted(unknown))}; there are {', '.join(trait.name for trait in TRAITS)}")
+        sys.exit(f"no trait {', '.join(sorted(unknown))}; there are {', '.join(known)}")
     bus = Bus(INTERFACE)
-    results = [try_trait(bus, trait) for trait in TRAITS if not names or trait.name in names]
+    chosen = [trial for trial in TRIALS if not names or names & {trait.name for trait in trial.traits}]
+    results = [try_out(bus, trial) for trial in chosen]
     failed = results.count(False)
     print(f"test result: {'FAILED' if failed else 'ok'}. {len(results) - failed} passed; {failed} failed")
     sys.exit(1 if failed else 0)
