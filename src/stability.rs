@@ -78,7 +78,7 @@ impl<'a, const J: usize, const N: usize> Analysis<'a, J, N> {
 
     /// The worst configuration that the task visits, its start tolerance included.
     pub fn along_the_task(&mut self) -> Worst<N> {
-        let configurations = task(self.robot.task.reference, self.robot.task.start_tolerance);
+        let configurations = task(self.robot.task.reference.clone(), self.robot.task.start_tolerance);
         worst(&self.sampled, self.controller.as_mut(), configurations).unwrap_or(nowhere())
     }
 

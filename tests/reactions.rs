@@ -213,7 +213,7 @@ fn swinging(start: [f64; 2], end: [f64; 2], duration: f64, brake: u32) -> Robot 
     let mut robot = Robot::load(None).unwrap();
     let at = |angles: [f64; 2]| Vector2::from(angles.map(f64::to_radians));
     let description = &mut robot.description;
-    description.task.reference = QuinticReference::new(at(start), at(end), duration).unwrap();
+    description.task.reference = QuinticReference::new(at(start), at(end), duration).unwrap().into();
     description.tracking_error_limit = f64::INFINITY;
     description.saturation_limit = SaturationLimit::new(SaturationLimit::LONGEST).unwrap();
     for joint in &mut description.joints {

@@ -140,12 +140,11 @@ fn check<const J: usize, const N: usize>(file: Option<&Path>, robot: &Robot<J, N
     let task = &description.task.reference;
     let demands = demand::demand(robot.arm.as_ref(), task);
     let active = description.joints.iter().skip(dimensions::passive::<J, N>());
-    let joints = active.zip(demands).enumerate().map(|(index, (joint, demand))| {
-        let (start, end) = (task.start()[index].to_degrees(), task.end()[index].to_degrees());
+    let joints = active.zip(demands).map(|(joint, demand)| {
         let limit = |quantity, unit, needed, allowed| Limit { quantity, unit, needed, allowed };
         JointCheck {
             name: joint.name.clone(),
-            task_deg: [start.min(end), start.max(end)],
+            task_deg: demand.position.map(f64::to_degrees),
             limits_deg: joint.limits.position.map(f64::to_degrees),
             limits: vec![
                 limit("velocity", "deg/s", demand.velocity.to_degrees(), joint.limits.velocity.to_degrees()),

@@ -1,23 +1,29 @@
 //! What a motion asks of the active joints, held against what the robot file allows them: before anything moves.
 
-use hinf_control::QuinticReference;
 use nalgebra::SVector;
 use serde::Serialize;
 use uarm_loop::barrier::Times;
 use uarm_loop::dimensions;
 use uarm_loop::guard::Quantity;
+use uarm_loop::reference::TaskReference;
 
 use super::arm::Arm;
 use super::error::{Checker, RobotError};
 use crate::dimensions::LoopRobot;
 
-/// In how many equal parts the motion is looked at: velocity and torque of a quintic change by less than a per cent from one
-/// to the next.
-const SAMPLES: u16 = 1000;
+/// In how many equal parts the motion is looked at, at least: velocity and torque of a quintic change by less than a per cent from
+/// one to the next.
+const SAMPLES: f64 = 1000.0;
+/// In how many the shortest part of a motion of several is.
+const SAMPLES_OF_A_PART: f64 = 100.0;
+/// The most parts that are looked at.
+const MOST_SAMPLES: f64 = 200_000.0;
 
 /// The most that a motion asks of one active joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Demand {
+    /// Least and greatest angle, rad.
+    pub position: [f64; 2],
     /// Largest velocity either way, rad/s.
     pub velocity: f64,
     /// Largest acceleration either way, rad/s².
@@ -28,18 +34,36 @@ pub struct Demand {
     pub torque_rate: f64,
 }
 
+/// The times at which a motion is looked at, from 0 to its end, and the step between them, s.
+fn times<const N: usize>(motion: &TaskReference<N>) -> (impl Iterator<Item = f64>, f64) {
+    let samples = (SAMPLES_OF_A_PART * motion.duration() / motion.finest()).clamp(SAMPLES, MOST_SAMPLES).ceil();
+    let step = motion.duration() / samples;
+    let times = (0_u32..).map(f64::from).take_while(move |sample| *sample <= samples).map(move |sample| sample * step);
+    (times, step)
+}
+
 /// What `motion` asks of each active joint of the nominal `arm`.
-pub fn demand<const J: usize, const N: usize>(arm: &dyn Arm<J, N>, motion: &QuinticReference<f64, N>) -> [Demand; N] {
-    let step = motion.duration() / f64::from(SAMPLES);
+pub fn demand<const J: usize, const N: usize>(arm: &dyn Arm<J, N>, motion: &TaskReference<N>) -> [Demand; N] {
+    let (times, step) = times(motion);
     let mut most = [Demand::default(); N];
+    for (joint, most) in most.iter_mut().enumerate() {
+        let (start, end) = (motion.start()[joint], motion.end()[joint]);
+        most.position = [start.min(end), start.max(end)];
+    }
     let mut torque_before = None;
-    for sample in 0..=SAMPLES {
-        let reference = motion.at(f64::from(sample) * step);
+    for time in times {
+        let reference = motion.at(time);
         let torque = arm.torque_from_rest(&reference);
         let change = torque_before.map_or(SVector::zeros(), |before| torque - before);
         torque_before = Some(torque);
         for (joint, most) in most.iter_mut().enumerate() {
+            // A quintic never leaves the range between its ends.
+            if motion.as_quintic().is_none() {
+                let [least, greatest] = most.position;
+                most.position = [least.min(reference.position[joint]), greatest.max(reference.position[joint])];
+            }
             *most = Demand {
+                position: most.position,
                 velocity: most.velocity.max(reference.velocity[joint].abs()),
                 acceleration: most.acceleration.max(reference.acceleration[joint].abs()),
                 torque: most.torque.max(torque[joint].abs()),
@@ -50,30 +74,15 @@ pub fn demand<const J: usize, const N: usize>(arm: &dyn Arm<J, N>, motion: &Quin
     most
 }
 
-/// Where a motion comes from, so that an error can name what to change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Source {
-    /// What sets its first posture, deg.
-    pub start: &'static str,
-    /// What sets its last posture, deg.
-    pub end: &'static str,
-    /// What sets its duration, s.
-    pub duration: &'static str,
-}
-
-/// The motion of the robot file's task.
-pub const TASK: Source = Source { start: "task.start_deg", end: "task.end_deg", duration: "task.duration_s" };
-
-/// Refuses a motion that the limits of the active joints forbid: its postures, its velocity, the torque that the nominal
-/// model needs for it, how fast that torque changes, and braking from it. A quintic never leaves the range between its ends.
+/// Refuses a task that the limits of the active joints forbid: its postures, its velocity, the torque that the nominal model needs
+/// for it, how fast that torque changes, and braking from it.
 ///
 /// # Errors
 /// [`RobotError::Field`] names what sets the motion, the joint, and the limit.
 pub fn check<const J: usize, const N: usize>(
     robot: &LoopRobot<J, N>,
     arm: &dyn Arm<J, N>,
-    motion: &QuinticReference<f64, N>,
-    source: Source,
+    motion: &TaskReference<N>,
     check: &Checker<'_>,
 ) -> Result<[Demand; N], RobotError> {
     let demands = demand(arm, motion);
@@ -81,17 +90,21 @@ pub fn check<const J: usize, const N: usize>(
     for (active, (joint, demand)) in robot.joints.iter().skip(passive).zip(&demands).enumerate() {
         let limits = format!("joints[{}].limits", active + passive);
         let [least, most] = joint.limits.position;
-        for (field, posture) in [(source.start, motion.start()), (source.end, motion.end())] {
+        let within = format!(
+            "{:.1} to {:.1}: {limits}.minimum_deg and .maximum_deg of {}",
+            least.to_degrees(),
+            most.to_degrees(),
+            joint.name
+        );
+        for (field, posture) in [(START, motion.start()), (END, motion.end())] {
             let angle = posture[active];
             if !(least..=most).contains(&angle) {
-                let expected = format!(
-                    "{:.1} to {:.1}: {limits}.minimum_deg and .maximum_deg of {}",
-                    least.to_degrees(),
-                    most.to_degrees(),
-                    joint.name
-                );
-                return Err(check.refuse(format!("{field}[{active}]"), degrees(angle), expected));
+                return Err(check.refuse(format!("{field}[{active}]"), degrees(angle), within));
             }
+        }
+        if let Some(angle) = demand.position.into_iter().find(|angle| !(least..=most).contains(angle)) {
+            let found = format!("a motion by {} deg", degrees(angle));
+            return Err(check.refuse("task", found, within));
         }
         let asked = [
             (
@@ -111,41 +124,47 @@ pub fn check<const J: usize, const N: usize>(
                     joint.name,
                     rounded(asked)
                 );
-                return Err(check.refuse(source.duration, motion.duration(), expected));
+                return Err(check.refuse(DURATION, motion.duration(), expected));
             }
         }
     }
-    check_braking(robot, motion, source, check)?;
+    check_braking(robot, motion, check)?;
     Ok(demands)
 }
+
+const START: &str = "task.start_deg";
+const END: &str = "task.end_deg";
+const DURATION: &str = "task.duration_s";
 
 /// Refuses a motion from which a joint could not be braked within its limits: the loop would end the run there. The base is taken
 /// to stand at zero.
 fn check_braking<const J: usize, const N: usize>(
     robot: &LoopRobot<J, N>,
-    motion: &QuinticReference<f64, N>,
-    source: Source,
+    motion: &TaskReference<N>,
     check: &Checker<'_>,
 ) -> Result<(), RobotError> {
     let guard = robot.guard();
-    let (period, step) = (robot.period.seconds(1), motion.duration() / f64::from(SAMPLES));
+    let period = robot.period.seconds(1);
     let angles = |time: f64| dimensions::of_all(&motion.at(time).position);
-    for time in (0..=SAMPLES).map(|sample| f64::from(sample) * step) {
+    for time in times(motion).0 {
         let times = Times { time, elapsed: period, period };
         let before = angles((time - period).max(0.0)).map(Some);
         if let Err(violation) = guard.check_stopping(&times, &before, &angles(time)) {
-            let is_angle = violation.quantity == Quantity::StoppingAngle;
-            let active = violation.joint.saturating_sub(1 + dimensions::passive::<J, N>());
             let expected = format!("a motion in which every joint can be braked within its limits: {violation}");
-            return Err(match (is_angle, time * 2.0 < motion.duration()) {
-                (true, true) => {
-                    check.refuse(format!("{}[{active}]", source.start), degrees(motion.start()[active]), expected)
-                }
-                (true, false) => {
-                    check.refuse(format!("{}[{active}]", source.end), degrees(motion.end()[active]), expected)
-                }
-                (false, _) => check.refuse(source.duration, motion.duration(), expected),
-            });
+            if violation.quantity != Quantity::StoppingAngle {
+                return Err(check.refuse(DURATION, motion.duration(), expected));
+            }
+            let active = violation.joint.saturating_sub(1 + dimensions::passive::<J, N>());
+            if motion.as_quintic().is_none() {
+                return Err(check.refuse(
+                    "task",
+                    format!("{} deg", degrees(motion.at(time).position[active])),
+                    expected,
+                ));
+            }
+            let is_early = time * 2.0 < motion.duration();
+            let (field, posture) = if is_early { (START, motion.start()) } else { (END, motion.end()) };
+            return Err(check.refuse(format!("{field}[{active}]"), degrees(posture[active]), expected));
         }
     }
     Ok(())

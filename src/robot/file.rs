@@ -13,6 +13,7 @@ use uarm_io::drive::wishes::{SyncCounterChoice, TorqueApplies};
 use uarm_io::drive::{DataType, Value};
 use uarm_io::encoder::Direction;
 use uarm_io::torque::TorqueUnit;
+use uarm_loop::reference::Passing;
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(bound = "")]
@@ -111,6 +112,31 @@ pub struct Task {
     pub duration_s: f64,
     pub hold_s: f64,
     pub start_tolerance_deg: f64,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub via: Vec<ViaPoint>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub via_csv: Option<PathBuf>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub oscillations: Vec<Oscillation>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub oscillation_ramp_s: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct ViaPoint {
+    pub at_s: f64,
+    pub angles_deg: Vec<f64>,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub passing: Passing,
+}
+
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct Oscillation {
+    pub joint: String,
+    pub amplitude_deg: f64,
+    pub frequency_hz: f64,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub phase_deg: f64,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -20,6 +20,8 @@ pub fn beside(field: &str) -> String {
         ["space_manipulator", "spacecraft"] => fields_of::<file::Spacecraft>(),
         ["space_manipulator", "links"] => fields_of::<file::SpaceLink>(),
         ["task"] => fields_of::<file::Task>(),
+        ["task", "via"] => fields_of::<file::ViaPoint>(),
+        ["task", "oscillations"] => fields_of::<file::Oscillation>(),
         ["control"] => fields_of::<file::Control>(),
         ["bus"] => fields_of::<file::Bus>(),
         ["bus", "odrive"] => fields_of::<file::Odrive>(),

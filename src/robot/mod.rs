@@ -50,6 +50,7 @@ pub mod shape;
 mod supervision;
 mod task;
 mod text;
+mod via_csv;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -143,7 +144,8 @@ impl<const J: usize, const N: usize> Robot<J, N> {
     pub fn is_the_papers(&self) -> bool {
         let is_model = read::<RobotFile>(Path::new(BUILT_IN_NAME), BUILT_IN)
             .is_ok_and(|(paper, _)| paper.model == self.file.model);
-        let task = arm::same::<_, QuinticReference<f64, 2>>(self.description.task.reference);
+        let task = self.description.task.reference.as_quintic();
+        let task = task.and_then(|task| arm::same::<_, QuinticReference<f64, 2>>(*task));
         is_model && task == Some(QuinticReference::paper())
     }
 
@@ -170,12 +172,13 @@ impl<const J: usize, const N: usize> Robot<J, N> {
         names::check(&file.name, &file.joints, &check)?;
         overrides.apply(&mut file.control, &mut file.task, &check)?;
         model::resolve_urdf::<J, N>(name, &mut file, &check)?;
+        via_csv::resolve(name, &mut file, &check)?;
         let profiles = profile::apply(name, &mut file.joints, &check)?;
         let checked = Self::check_with(name, text, file, overrides);
         let checked = checked.map_err(|error| profile::told_where_written(error, &profiles))?;
         let robot = Self { profiles, ..checked };
         let task = &robot.description.task.reference;
-        demand::check(&robot.description, robot.arm.as_ref(), task, demand::TASK, &check)?;
+        demand::check(&robot.description, robot.arm.as_ref(), task, &check)?;
         Ok(robot)
     }
 
@@ -199,7 +202,7 @@ impl<const J: usize, const N: usize> Robot<J, N> {
         })?;
         let joints = joint::check::<J, N>(&file, &check)?;
         let CheckedModel { arm, mechanics, impossible_inertias } = model::check::<J, N>(&file, &check)?;
-        let task = task::check(&file.task, &check)?;
+        let task = task::check(&file.task, &file.joints, &check)?;
         let mut controllers = match file.controllers {
             Some(controllers) => controllers,
             None => control::derived(arm.as_ref(), task.reference.start(), &check)?,

@@ -72,7 +72,7 @@ fn robot() -> Result<Robot<JOINTS, ACTIVE>, Failure> {
         acceleration_bounds: None,
         name: "three joints".to_owned(),
         joints: [joint("base", 1, 0.0)?, joint("joint 2", 2, 0.2)?, joint("joint 3", 3, 0.2)?],
-        task: Task { reference: QuinticReference::paper(), hold: 0.5, start_tolerance: 0.03 },
+        task: Task { reference: QuinticReference::paper().into(), hold: 0.5, start_tolerance: 0.03 },
         period: Period::new(PERIOD).ok_or("a period of 0.1 to 100 ms")?,
         tracking_error_limit: 0.5,
         overruns_in_a_row: Default::default(),

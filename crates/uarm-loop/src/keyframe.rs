@@ -84,7 +84,7 @@ impl<const J: usize, const N: usize> SignalPath<'_, J, N> {
     pub fn thaw_measured(&mut self, keyframe: &Keyframe<J, N>) -> Result<(), KeyframeError> {
         if let Some(Approach { from, duration }) = keyframe.approach {
             let approach = QuinticReference::new(from, *self.motion.task_reference().start(), duration)?;
-            self.motion = self.motion.after(approach);
+            self.motion = self.motion.clone().after(approach);
         }
         self.estimation.thaw(&keyframe.joints);
         self.torque.limiter.thaw(keyframe.torque_applied);

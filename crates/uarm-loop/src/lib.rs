@@ -89,6 +89,7 @@ pub mod plausibility;
 pub mod progress;
 pub mod record;
 pub mod recording;
+pub mod reference;
 pub mod rest;
 pub mod robot;
 pub mod run;

@@ -2,23 +2,25 @@
 
 use hinf_control::{QuinticReference, Reference};
 
+use crate::reference::TaskReference;
+
 /// The desired motion of `N` active joints. Task time is zero where the task begins, and negative on the way there.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Motion<const N: usize> {
     approach: Option<QuinticReference<f64, N>>,
-    task: QuinticReference<f64, N>,
+    task: TaskReference<N>,
     hold: f64,
 }
 
 impl<const N: usize> Motion<N> {
     /// The task alone, whose end is held for `hold` seconds.
-    pub const fn task(task: QuinticReference<f64, N>, hold: f64) -> Self {
-        Self { approach: None, task, hold }
+    pub fn task(task: impl Into<TaskReference<N>>, hold: f64) -> Self {
+        Self { approach: None, task: task.into(), hold }
     }
 
     /// The same motion after an approach, which should end where the task begins.
     #[must_use]
-    pub const fn after(self, approach: QuinticReference<f64, N>) -> Self {
+    pub fn after(self, approach: QuinticReference<f64, N>) -> Self {
         Self { approach: Some(approach), ..self }
     }
 
@@ -28,7 +30,7 @@ impl<const N: usize> Motion<N> {
     }
 
     /// The motion of the task, without approach and hold.
-    pub const fn task_reference(&self) -> &QuinticReference<f64, N> {
+    pub const fn task_reference(&self) -> &TaskReference<N> {
         &self.task
     }
 

@@ -82,7 +82,7 @@ impl<const N: usize> Outcome<N> {
 
     /// What came of a run, computed again from its cycles, as [`OutcomeOfCycles`] does.
     pub fn of_cycles<const J: usize>(motion: &Motion<N>, period: Period, cycles: &[CycleRecord<J, N>]) -> Self {
-        let mut outcome = OutcomeOfCycles::new(*motion, period);
+        let mut outcome = OutcomeOfCycles::new(motion.clone(), period);
         cycles.iter().for_each(|record| outcome.record(record));
         outcome.outcome()
     }

@@ -2,7 +2,7 @@
 //!
 //! How a robot is described in a file is the business of whoever reads that file; these types are what it is turned into.
 
-use hinf_control::{QuinticReference, TorqueLimitError, TorqueLimiter, TorqueLimits};
+use hinf_control::{TorqueLimitError, TorqueLimiter, TorqueLimits};
 use nalgebra::SVector;
 use uarm_io::bus_time::{BitRate, BusTime};
 use uarm_io::drive::NodeId;
@@ -20,6 +20,7 @@ use crate::guard::{Guard, JointLimits};
 use crate::motion::Motion;
 use crate::period::Period;
 use crate::plausibility::AccelerationBound;
+use crate::reference::TaskReference;
 use crate::rest::RestVelocity;
 use crate::saturation::SaturationLimit;
 use crate::schedule::OverrunsInARow;
@@ -85,10 +86,10 @@ pub struct Joint {
 }
 
 /// The motion of an experiment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Task<const N: usize> {
-    /// The quintic from start to end (paper eq. 47), which holds its end afterwards.
-    pub reference: QuinticReference<f64, N>,
+    /// The motion from start to end, which holds its end afterwards: a quintic (paper eq. 47) unless more is asked for.
+    pub reference: TaskReference<N>,
     /// How long the end is held, s.
     pub hold: f64,
     /// How far from the start a run may begin, rad.
@@ -136,8 +137,8 @@ pub struct Bus {
 
 impl<const N: usize> Task<N> {
     /// The desired motion.
-    pub const fn motion(&self) -> Motion<N> {
-        Motion::task(self.reference, self.hold)
+    pub fn motion(&self) -> Motion<N> {
+        Motion::task(self.reference.clone(), self.hold)
     }
 }
 

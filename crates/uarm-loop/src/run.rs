@@ -118,8 +118,8 @@ pub fn run<D: RobotDrives<J>, C: Clock, R: Recorder<J, N>, const J: usize, const
     let mut page_faults = PageFaults::default();
     let end = match motion {
         Ok(Some(motion)) => {
-            control_loop.path.motion = motion;
             control_loop.path.task_clock = TaskClock::new(settings.period_source, motion.start());
+            control_loop.path.motion = motion;
             let mut schedule = Schedule::new(clock.now() + robot.period.duration(), robot.period, settings.overrun)
                 .with_overruns_in_a_row(robot.overruns_in_a_row);
             let faults_before = PageFaults::of_this_thread();

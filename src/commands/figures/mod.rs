@@ -131,7 +131,7 @@ fn shared<const J: usize, const N: usize>(
     disturbance: Disturbance,
 ) -> Shared<N> {
     Shared {
-        task: robot.description.task,
+        task: robot.description.task.clone(),
         disturbance,
         published: if robot.is_the_papers() { Published::Shown } else { Published::Hidden },
         note: format!(

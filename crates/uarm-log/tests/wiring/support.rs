@@ -107,7 +107,7 @@ pub fn robot() -> Robot<3, 2> {
         name: "test".to_owned(),
         joints: [joint(1), joint(2), joint(3)],
         task: Task {
-            reference: QuinticReference::new(Vector2::zeros(), Vector2::zeros(), 3.0).unwrap(),
+            reference: QuinticReference::new(Vector2::zeros(), Vector2::zeros(), 3.0).unwrap().into(),
             hold: 0.0,
             start_tolerance: 1.0,
         },

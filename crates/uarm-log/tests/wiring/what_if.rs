@@ -22,7 +22,7 @@ fn no_limit_of_the_other_robot_ends_it() {
     }
     // Nor is the other robot's task where the joints are.
     let elsewhere = Vector2::new(0.5, -0.5);
-    other.robot.task.reference = QuinticReference::new(elsewhere, elsewhere, 3.0).unwrap();
+    other.robot.task.reference = QuinticReference::new(elsewhere, elsewhere, 3.0).unwrap().into();
     other.robot.task.start_tolerance = 1e-9;
     other.robot.tracking_error_limit = 1e-9;
     let outcome = what_if(&run, &other);

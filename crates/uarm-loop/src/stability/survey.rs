@@ -1,14 +1,18 @@
 //! Where in its workspace a loop is how stable.
 
-use hinf_control::{Controller, QuinticReference};
+use hinf_control::Controller;
 use nalgebra::SVector;
 
 use super::sampled_loop::SampledLoop;
+use crate::reference::TaskReference;
 
 /// The grid of the workspace: multiples of this angle that lie within the joints' limits, and the limits themselves.
 pub const GRID_DEGREES: f64 = 10.0;
-/// Configurations of a task that are looked at: this many steps of equal time from start to end.
+/// Configurations of a task that are looked at: this many steps of equal time from start to end of a quintic, and in each of as many
+/// parts as the shortest part of another motion goes into it.
 const TASK_STEPS: u32 = 20;
+/// The most parts that are looked at in so many steps.
+const MOST_PARTS: f64 = 20.0;
 
 /// A configuration and the spectral radius there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,13 +44,15 @@ pub fn worst<const J: usize, const N: usize>(
 /// The configurations that a task visits from wherever within `tolerance`, rad, of its reference: the reference in steps of
 /// equal time, and the corners of the square, cube, … around each; for more than [`MOST_CORNERED`] joints, of which there are too
 /// many, the middles of its faces.
-pub fn task<const N: usize>(
-    reference: QuinticReference<f64, N>,
-    tolerance: f64,
-) -> impl Iterator<Item = SVector<f64, N>> {
+pub fn task<const N: usize>(reference: TaskReference<N>, tolerance: f64) -> impl Iterator<Item = SVector<f64, N>> {
     let around = around::<N>();
-    (0..=TASK_STEPS).flat_map(move |step| {
-        let position = reference.at(reference.duration() * f64::from(step) / f64::from(TASK_STEPS)).position;
+    let mut parts = 1_u32;
+    while f64::from(parts) < (reference.duration() / reference.finest()).min(MOST_PARTS) {
+        parts += 1;
+    }
+    let steps = parts * TASK_STEPS;
+    (0..=steps).flat_map(move |step| {
+        let position = reference.at(reference.duration() * f64::from(step) / f64::from(steps)).position;
         around.clone().into_iter().map(move |direction| position + direction * tolerance)
     })
 }
@@ -125,6 +131,8 @@ fn grid(limits: [f64; 2]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use hinf_control::QuinticReference;
+
     use super::*;
 
     #[test]
@@ -163,7 +171,7 @@ mod tests {
     #[test]
     fn a_task_is_looked_at_from_start_to_end_with_its_tolerance() {
         let reference = QuinticReference::paper();
-        let configurations: Vec<_> = task(reference, 0.1).collect();
+        let configurations: Vec<_> = task(reference.into(), 0.1).collect();
         assert_eq!(configurations.len(), 5 * 21);
         assert_eq!(configurations.first(), Some(reference.start()));
         let corner = reference.end() - SVector::<f64, 2>::repeat(0.1);

@@ -298,7 +298,7 @@ fn the_feedback_of_the_reduced_law() {
 #[test]
 fn a_task_is_as_unstable_as_its_worst_configuration() {
     let sampled = sampled(3_000, PAPER, 1.0);
-    let along = |tolerance| worst(&sampled, &mut reduced(), task(QuinticReference::paper(), tolerance)).unwrap();
+    let along = |tolerance| worst(&sampled, &mut reduced(), task(QuinticReference::paper().into(), tolerance)).unwrap();
     assert_printed(along(0.0).radius, 1.008);
     assert_eq!(along(0.0).configuration, degrees(20.0, 20.0));
     assert!(along(0.1).radius > along(0.0).radius);

@@ -63,7 +63,7 @@ impl Experiment {
     ) -> (Result<LoopEnd, LoopFault<CycleError<Infallible>>>, Recorded, TimingSummary) {
         let mut law = FakeLaw::constant(0.05, -0.04);
         let period = Period::new(self.period).unwrap();
-        let mut path = path(&mut law, self.motion);
+        let mut path = path(&mut law, self.motion.clone());
         path.task_clock = TaskClock::new(self.source, self.motion.start());
         path.guard.start_tolerance = self.start_tolerance;
         path.torque.fade = Fade::new(StopRamp::new(self.stop_ramp).unwrap());

@@ -106,6 +106,7 @@ pub fn rest(position: [f64; 2], duration: f64, hold: f64) -> Motion<2> {
 
 /// Encoders of 36000 counts per revolution (0.01 degrees each), limits that nothing passes, 200 mN·m at 1000 per mille.
 pub fn path(controller: &mut dyn Controller<f64, 2>, motion: Motion<2>) -> SignalPath<'_, 3, 2> {
+    let start = motion.start();
     let encoder = EncoderConfiguration {
         counts_per_revolution: CountsPerRevolution::new(36_000).unwrap(),
         counter_width: CounterWidth::FULL,
@@ -135,7 +136,7 @@ pub fn path(controller: &mut dyn Controller<f64, 2>, motion: Motion<2>) -> Signa
             tracking_error: 100.0,
             start_tolerance: 100.0,
         },
-        task_clock: TaskClock::new(PeriodSource::Scheduled, motion.start()),
+        task_clock: TaskClock::new(PeriodSource::Scheduled, start),
         indices: PerformanceIndices::new(),
     }
 }
