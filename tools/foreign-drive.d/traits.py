@@ -26,6 +26,7 @@ from trial import (
 
 WATCHES_RPDO = 'rated_torque_nm = 0.2, watchdog = "rpdo-timeout", rpdo_timeout_ms = 100'
 MAKERS_LINES = 'counts_per_revolution = 16384, resolution_object = {{ index = 0x3010, subindex = 4, equals = {} }}'
+LIMIT = '{{ index = 0x6072, subindex = 0, type = "u16", value = 900{} }}'
 OF_CURRENT = 'rated_torque_nm = 0.2, target_torque_of = "rated-current", rated_current_ma = {}'
 
 
@@ -177,7 +178,7 @@ WRITTEN_AFTER = Trait(
     "written-after",
     dictionary="",
     maker=Maker(mode_resets=((0x6072, 0),)),
-    writes=(ABORT_IS_FAULT, '{ index = 0x6072, subindex = 0, type = "u16", value = 900, when = "after" }'),
+    writes=(ABORT_IS_FAULT, LIMIT.format(', when = "after"')),
     holds={(0x6072, 0): 900},
     last_write=(0x6072, 0),
 )
@@ -256,10 +257,18 @@ TRIALS = [
     refused("rpdo-watchdog-unsaid", "1016", 'drive.watchdog = "rpdo-timeout"', dictionary="rpdo-watchdog"),
     refused("nothing-on-loss", "6007", dictionary="", writes=()),
     refused("other-mapping", "1A00"),
-    refused("other-pdos-unsaid", "1803h:01", dictionary=OTHER_PDOS.dictionary),
+    refused("other-pdos-unsaid", "1803h:01", "drive.pdo.keep_tpdos = [4]", dictionary=OTHER_PDOS.dictionary),
     refused("at-sync-unsaid", "1400h:02", 'drive.torque_applies = "at-sync"', dictionary="at-sync"),
     # A cycle of 10 ms more is too late for the loop.
     Trial((AT_SYNC_SLOW, AT_SYNC_SLOW), ("would swing up",), FAILURE, Power.SWITCH_ON_DISABLED, untouched=True),
+    refused(
+        "written-before",
+        "6072h:00",
+        'when = "after"',
+        dictionary="",
+        maker=WRITTEN_AFTER.maker,
+        writes=(ABORT_IS_FAULT, LIMIT.format("")),
+    ),
     refused("no-torque-mode", "6502"),
     refused("mode-not-taken", "6060h:00", dictionary="no-mode-list", maker=Maker(modes=0x1A9)),
     refused("wrong-mode-display", "6061", power=Power.SWITCHED_ON),

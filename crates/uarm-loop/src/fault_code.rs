@@ -177,6 +177,7 @@ impl<E> Coded for StartError<E> {
             Self::Sdo(_)
             | Self::NotADrive { .. }
             | Self::ReadBack { .. }
+            | Self::Undone { .. }
             | Self::Mismatch { .. }
             | Self::Refused { .. } => FaultCode::DriveRefused,
         }

@@ -54,21 +54,31 @@ impl Plan {
 /// may be written while [`Plan::refusal`] has something to say.
 pub fn plan(survey: &Survey, drive: &DriveConfiguration, protocol: &Protocol) -> Plan {
     let mut planner = Planner { survey, drive, protocol, settings: PlannedSettings::new() };
-    write(&mut planner, &drive.settings);
+    write_before(&mut planner, &drive.settings);
     let findings = Question::ALL.iter().map(|question| answer(&mut planner, *question)).collect();
-    write(&mut planner, &drive.later_settings);
+    write_after(&mut planner, &drive.later_settings);
     Plan { settings: planner.settings, findings }
 }
 
-/// The robot file's objects, without those that read so already.
-fn write(planner: &mut Planner<'_>, settings: &Settings) {
+/// The robot file's objects that come before the protocol's, without those that read so already.
+fn write_before(planner: &mut Planner<'_>, settings: &Settings) {
     for setting in settings {
-        let as_written = planner.survey.at(setting.address).answer == Answer::of(setting.value);
         let again = settings.iter().filter(|other| other.address == setting.address).count() > 1;
-        if !as_written || again {
+        if again || !reads_so(planner, setting) {
             planner.push(*setting);
         }
     }
+}
+
+/// Those that come after: if anything is written at all, since it may change what reads so now.
+fn write_after(planner: &mut Planner<'_>, settings: &Settings) {
+    if !planner.settings.is_empty() || settings.iter().any(|setting| !reads_so(planner, setting)) {
+        settings.iter().for_each(|setting| planner.push(*setting));
+    }
+}
+
+fn reads_so(planner: &Planner<'_>, setting: &Setting) -> bool {
+    planner.survey.at(setting.address).answer == Answer::of(setting.value)
 }
 
 fn answer(planner: &mut Planner<'_>, question: Question) -> Finding {
@@ -109,21 +119,23 @@ pub fn survey_of<S: ObjectSource>(source: &mut S, drive: &DriveConfiguration) ->
 }
 
 /// The objects that a survey has to ask for beside its own: those that the robot file names.
-fn named_objects(drive: &DriveConfiguration) -> impl Iterator<Item = (canopen_rs::Address, canopen_rs::DataType)> {
+fn named_objects(
+    drive: &DriveConfiguration,
+) -> impl Iterator<Item = (canopen_rs::Address, Option<canopen_rs::DataType>)> {
     use crate::drive::wishes::{Operation, Resolution};
     let resolution = match drive.resolution {
-        // Its type is not known; 32 bits hold every count.
-        Resolution::Object { address, .. } => Some((address, canopen_rs::DataType::Unsigned32)),
+        Resolution::Object { address, .. } => Some((address, None)),
         Resolution::Standard | Resolution::Stated => None,
     };
     let homing = match drive.operation {
         Operation::Homing(homing) => Some(homing),
         Operation::CyclicTorque => None,
     };
-    let homing =
-        homing.into_iter().flat_map(|homing| homing.objects().map(|(object, _)| (object.address(), object.data_type)));
-    let of = |setting: &Setting| (setting.address, setting.value.data_type());
-    let read = drive.readings.iter().flatten().map(|reading| (reading.object, reading.data_type));
+    let homing = homing
+        .into_iter()
+        .flat_map(|homing| homing.objects().map(|(object, _)| (object.address(), Some(object.data_type))));
+    let of = |setting: &Setting| (setting.address, Some(setting.value.data_type()));
+    let read = drive.readings.iter().flatten().map(|reading| (reading.object, Some(reading.data_type)));
     let written = drive.settings.iter().chain(&drive.later_settings).chain(&drive.power_marker).map(of);
     written.chain(resolution).chain(homing).chain(read)
 }

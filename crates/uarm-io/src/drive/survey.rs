@@ -262,6 +262,9 @@ const ASKED: &[&Object] = &[
     &objects::DC_LINK_VOLTAGE,
 ];
 
+/// What a whole number can be, in the order in which a drive is asked.
+const WHOLE_NUMBERS: &[DataType] = &[DataType::Unsigned32, DataType::Unsigned16, DataType::Unsigned8];
+
 /// Objects that a survey can hold: those above, and as many of a robot file.
 const MOST_OBJECTS: usize = 112;
 
@@ -288,21 +291,22 @@ pub enum Room {
 }
 
 impl Survey {
-    /// Asks for everything that a plan looks at, and for `others` and `is_named`: objects and PDOs that a robot file names.
+    /// Asks for everything that a plan looks at, and for `others` and `is_named`: objects and PDOs that a robot file names. An object
+    /// without a type is a whole number of a length that only the drive knows.
     ///
     /// # Errors
     /// That of the source.
     pub fn of<S: ObjectSource>(
         source: &mut S,
-        others: impl IntoIterator<Item = (Address, DataType)>,
+        others: impl IntoIterator<Item = (Address, Option<DataType>)>,
         is_named: impl Fn(PdoKind, PdoNumber) -> bool,
     ) -> Result<Self, S::Error> {
         let mut survey = Self { source: source.kind(), ..Self::default() };
         for object in ASKED {
-            survey.ask(source, object)?;
+            survey.ask(source, object.address(), &[object.data_type])?;
         }
         for (address, data_type) in others {
-            survey.ask(source, &Object::new(address.index, address.subindex, data_type, ""))?;
+            survey.ask(source, address, data_type.as_ref().map_or(WHOLE_NUMBERS, core::slice::from_ref))?;
         }
         let (rpdos, room) = pdos(source, PdoKind::Receive, &is_named)?;
         let (tpdos, room_of_tpdos) = pdos(source, PdoKind::Transmit, &is_named)?;
@@ -310,12 +314,20 @@ impl Survey {
         Ok(Self { rpdos, tpdos, room, ..survey })
     }
 
-    fn ask<S: ObjectSource>(&mut self, source: &mut S, object: &Object) -> Result<(), S::Error> {
-        if self.objects.iter().all(|(address, _)| *address != object.address()) {
-            let answered = source.ask(object)?;
-            // What does not fit is looked at as absent; there is room for all that a robot file can name.
-            let _ = self.objects.push((object.address(), answered));
+    /// Asks for an object of one of these types.
+    fn ask<S: ObjectSource>(&mut self, source: &mut S, address: Address, types: &[DataType]) -> Result<(), S::Error> {
+        if self.objects.iter().any(|(known, _)| *known == address) {
+            return Ok(());
         }
+        let mut answered = Answered::default();
+        for data_type in types {
+            answered = source.ask(&Object::new(address.index, address.subindex, *data_type, ""))?;
+            if answered.answer != Answer::NotANumber {
+                break;
+            }
+        }
+        // What does not fit is looked at as absent; there is room for all that a robot file can name.
+        let _ = self.objects.push((address, answered));
         Ok(())
     }
 
@@ -331,8 +343,24 @@ impl Survey {
             answered.access = Access::ReadOnly;
         }
         for (kind, pdos) in [(PdoKind::Receive, &mut self.rpdos), (PdoKind::Transmit, &mut self.tpdos)] {
-            if let Some(pdo) = pdos.iter_mut().find(|pdo| kind.transmission(pdo.number).address() == address) {
-                pdo.transmission.access = Access::ReadOnly;
+            for pdo in pdos.iter_mut() {
+                let known = [
+                    (kind.identifier(pdo.number), &mut pdo.identifier.access),
+                    (kind.transmission(pdo.number), &mut pdo.transmission.access),
+                    (kind.event_timer(pdo.number), &mut pdo.event_timer.access),
+                    (kind.mapped_objects(pdo.number), &mut pdo.count.access),
+                ];
+                for (object, access) in known {
+                    if object.address() == address {
+                        *access = Access::ReadOnly;
+                    }
+                }
+                if (1..)
+                    .take(MAPPING_ENTRIES)
+                    .any(|subindex| kind.mapped_object(pdo.number, subindex).address() == address)
+                {
+                    pdo.entry_access = Access::ReadOnly;
+                }
             }
         }
         self

@@ -60,6 +60,21 @@ pub enum StartError<E> {
         /// The value read.
         found: Value,
     },
+    /// An object is not any more what it was or was written as, after another object was written.
+    #[error(
+        "node {node}: {} was {} and reads {} after another object was written: it belongs into drive.writes with when = \"after\"",
+        Named(*.object), Shown(*.written), Shown(*.found)
+    )]
+    Undone {
+        /// The drive's node id.
+        node: u8,
+        /// The object.
+        object: Address,
+        /// The value that it should have.
+        written: Value,
+        /// The value read.
+        found: Value,
+    },
     /// The drive is another than the configuration says.
     #[error("node {node}: {} is {}, the configuration says {}", Named(*.object), Shown(*.found), Shown(*.expected))]
     Mismatch {

@@ -13,7 +13,7 @@ use crate::drive::wishes::{
 };
 use crate::link::Link;
 use crate::time::Clock;
-use canopen_rs::NodeId;
+use canopen_rs::{NodeId, Value};
 
 impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
     fn objects_of(&mut self, node: NodeId) -> DriveObjects<'_, Self> {
@@ -67,24 +67,47 @@ impl<L: Link, C: Clock, const JOINTS: usize> Blocking<'_, L, C, JOINTS> {
         }
         // One object may have changed another, such as a scale factor.
         let after = self.survey(drive)?;
-        let planned = accepted(node, plan::plan(&after, drive, protocol))?;
+        let missing = accepted(node, plan::plan(&after, drive, protocol))?;
+        self.kept(drive.node, &planned.settings, &missing.settings)?;
         self.note_defence(drive, &after, protocol);
-        Ok((after, planned))
+        Ok((after, missing))
+    }
+
+    /// An error if an object that was written, or that read as wanted before, was changed by what was written after it; `missing` is
+    /// what would be written now.
+    fn kept(&mut self, node: NodeId, written: &[Setting], missing: &[Setting]) -> Result<(), StartError<L::Error>> {
+        for Setting { address, .. } in missing {
+            // The robot file may set what the protocol sets otherwise: the last one counts.
+            let is_same = |setting: &&Setting| setting.address == *address;
+            let last = written.iter().rev().find(is_same).or(missing.iter().rev().find(is_same));
+            if let Some(last) = last
+                && let Some(found) = self.differs(node, last)?
+            {
+                return Err(StartError::Undone { node: node.raw(), object: *address, written: last.value, found });
+            }
+        }
+        Ok(())
     }
 
     /// Writes an object and reads it back.
     fn set(&mut self, node: NodeId, setting: &Setting) -> Result<(), StartError<L::Error>> {
         self.write(node, setting)?;
+        match self.differs(node, setting)? {
+            None => Ok(()),
+            Some(found) => {
+                let Setting { address: object, value: written, .. } = *setting;
+                Err(StartError::ReadBack { node: node.raw(), object, written, found })
+            }
+        }
+    }
+
+    /// What an object reads instead of what was written to it; `None` if it is that.
+    fn differs(&mut self, node: NodeId, setting: &Setting) -> Result<Option<Value>, SdoError<L::Error>> {
         if setting.read_back == ReadBack::Skipped {
-            return Ok(());
+            return Ok(None);
         }
-        let Setting { address, value: written, .. } = *setting;
-        let found = self.read_at(node, address, written.data_type())?;
-        if setting.agrees(found) {
-            Ok(())
-        } else {
-            Err(StartError::ReadBack { node: node.raw(), object: address, written, found })
-        }
+        let found = self.read_at(node, setting.address, setting.value.data_type())?;
+        Ok((!setting.agrees(found)).then_some(found))
     }
 
     /// Records what makes the drive brake by itself, from what it says after it was written.

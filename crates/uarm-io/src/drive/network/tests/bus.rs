@@ -52,6 +52,8 @@ pub struct Script {
     pub shows_mode: Option<i8>,
     /// Stays silent on NMT start.
     pub ignores_nmt_start: bool,
+    /// An object that has its default, 0, again when 6060h is written.
+    pub mode_resets: Option<Object>,
     /// Goes to *Fault* when RPDO1 does not come within 1400h:05.
     pub faults_without_commands: bool,
 }
@@ -214,6 +216,13 @@ impl FakeDrive {
         if address == CONTROLWORD.address() && answer[0] == DOWNLOADED {
             let controlword = Controlword::from_bits(u16::from_le_bytes([request[4], request[5]]));
             self.on_command(DriveCommand { controlword, target_torque: 0 });
+        }
+        if address == MODE_OF_OPERATION.address()
+            && answer[0] == DOWNLOADED
+            && let Some(object) = self.script.mode_resets
+        {
+            let zero = Value::decode_le(object.data_type, &[0; 8][..object.data_type.size()]).unwrap();
+            self.dictionary.set(object.address(), zero).unwrap();
         }
         if self.script.no_size && answer[0] & 0xE3 == 0x43 {
             answer[0] = 0x42;

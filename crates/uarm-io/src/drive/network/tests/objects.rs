@@ -4,8 +4,9 @@ use super::configuration::LISTEN;
 use super::*;
 use crate::drive::cia402::PowerState;
 use crate::drive::objects::*;
+use crate::drive::pdo_objects::{PdoKind, PdoNumber};
 use crate::drive::survey::Answer;
-use crate::drive::wishes::{HeartbeatError, SyncCounterChoice};
+use crate::drive::wishes::{HeartbeatError, Resolution, SyncCounterChoice, Watchdog, WatchdogTest};
 use crate::time::Clock;
 use canopen_rs::{Address, Entry, Value};
 use std::collections::BTreeSet;
@@ -82,15 +83,157 @@ fn an_object_that_turns_out_to_be_read_only_is_refused_with_the_remedy() {
     }
 }
 
+/// The same of the objects of PDOs.
+#[test]
+fn a_pdo_that_turns_out_to_be_read_only_is_refused_with_the_remedy() {
+    let number = |number| PdoNumber::new(number).unwrap();
+    for (objects, message) in [
+        (
+            &[(RPDO1_IDENTIFIER, Value::Unsigned32(0x7FF))][..],
+            "node 1: 1400h:01 (RPDO1 COB-ID) is 2047 (7FFh), expected 513 (201h): another drive, or another number in \
+             drive.pdo.rpdo",
+        ),
+        (
+            &[
+                (PdoKind::Transmit.identifier(number(3)), Value::Unsigned32(0x381)),
+                (PdoKind::Transmit.transmission(number(3)), Value::Unsigned8(255)),
+                (PdoKind::Transmit.mapped_objects(number(3)), Value::Unsigned8(0)),
+            ],
+            "node 1: 1802h:01 is 897 (381h), expected off (bit 31): drive.pdo.keep_tpdos = [3]",
+        ),
+        (
+            &[(PdoKind::Transmit.mapped_objects(PdoNumber::FIRST), Value::Unsigned8(0))],
+            "node 1: 1A00h:00 (TPDO1 number of mapped objects) is 0, expected what the cycle carries, or a mapping that can be changed: another drive: no \
+             PDO of it carries this",
+        ),
+        (
+            &[(PdoKind::Transmit.mapped_object(PdoNumber::FIRST, 1), Value::Unsigned32(0))],
+            "node 1: 1A00h:00 (TPDO1 number of mapped objects) is 0, expected what the cycle carries, or a mapping that can be changed: another drive: no \
+             PDO of it carries this",
+        ),
+    ] {
+        let mut network = network();
+        for (object, value) in objects {
+            network.link_mut().drives[0].dictionary.insert(object.address(), Entry::constant(*value)).unwrap();
+        }
+        assert_eq!(format!("{}", start(&mut network).unwrap_err()), message);
+    }
+}
+
 #[test]
 fn a_refused_object_is_told_in_words() {
-    let mut network = network();
-    let entry = Entry::constant(Value::Unsigned32(0x7FF));
-    network.link_mut().drives[0].dictionary.insert(RPDO1_IDENTIFIER.address(), entry).unwrap();
+    let mut drives = [drive(1), drive(2), drive(3)];
+    // Four bytes, where the standard has two.
+    drives[0].settings.push(Setting::of(&ABORT_CONNECTION_OPTION, Value::Unsigned32(3))).unwrap();
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), NetworkConfiguration::new(drives, PERIOD).unwrap());
     assert_eq!(
         format!("{}", start(&mut network).unwrap_err()),
-        "node 1 refused 1400h:01 (RPDO1 COB-ID): attempt to write a read-only object (06010002h)"
+        "node 1 refused 6007h:00 (abort connection option code): data type does not match, length of parameter too high (06070012h)"
     );
+}
+
+/// Makers count lines and steps in objects of 8, 16 and 32 bits; the robot file does not say which.
+#[test]
+fn a_makers_resolution_is_read_whatever_its_length() {
+    let address = Address::new(0x3010, 4);
+    for value in [Value::Unsigned32(70_000), Value::Unsigned16(4096), Value::Unsigned8(200)] {
+        let equals = Answer::of(value).number().unwrap();
+        for (equals, is_right) in [(equals, true), (equals + 1, false)] {
+            let mut drives = [drive(1), drive(2), drive(3)];
+            drives[1].resolution = Resolution::Object { address, equals };
+            let configuration = NetworkConfiguration::new(drives, PERIOD).unwrap();
+            let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+            network.link_mut().drives[1].dictionary.insert(address, Entry::constant(value)).unwrap();
+            assert_eq!(start(&mut network).is_ok(), is_right, "{value:?}, expected {equals}");
+        }
+    }
+}
+
+/// A drive that forgets its torque limit when its mode is written.
+#[test]
+fn a_setting_that_a_later_one_undoes_is_an_error_before_and_kept_after() {
+    let limit = Setting::of(&MAXIMUM_TORQUE, Value::Unsigned16(500));
+    let start_with = |settings: &[Setting], later: &[Setting]| {
+        let mut drives = [drive(1), drive(2), drive(3)];
+        drives[1].settings.extend_from_slice(settings).unwrap();
+        drives[1].later_settings.extend_from_slice(later).unwrap();
+        let configuration = NetworkConfiguration::new(drives, PERIOD).unwrap();
+        let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+        let drive = &mut network.link_mut().drives[1];
+        drive.script.mode_resets = Some(MAXIMUM_TORQUE);
+        // As it is at power-up, and as an earlier start has left it.
+        for found in [0, 500] {
+            let drive = &mut network.link_mut().drives[1];
+            drive.dictionary.insert(MAXIMUM_TORQUE.address(), Entry::rw(Value::Unsigned16(found))).unwrap();
+            drive.dictionary.set(MODE_OF_OPERATION.address(), Value::Integer8(0)).unwrap();
+            let started = start(&mut network);
+            if let Err(error) = started {
+                return Err(format!("{error}"));
+            }
+            stop(&mut network);
+        }
+        Ok(value(&network, 1, &MAXIMUM_TORQUE))
+    };
+    assert_eq!(
+        start_with(&[limit], &[]).unwrap_err(),
+        "node 2: 6072h:00 (max torque) was 500 (01F4h) and reads 0 (0000h) after another object was written: it belongs into drive.writes with when = \"after\""
+    );
+    assert_eq!(start_with(&[], &[limit]), Ok(Value::Unsigned16(500)));
+}
+
+/// The mapping was right when the drive was read, and no longer when its mode was written.
+#[test]
+fn a_mapping_that_the_mode_undoes_is_an_error() {
+    let mut network = network();
+    start(&mut network).unwrap();
+    stop(&mut network);
+    let drive = &mut network.link_mut().drives[0];
+    drive.script.mode_resets = Some(PdoKind::Transmit.mapped_objects(PdoNumber::FIRST));
+    drive.dictionary.set(MODE_OF_OPERATION.address(), Value::Integer8(0)).unwrap();
+    let error = start(&mut network).unwrap_err();
+    let object = Address::new(0x1A00, 0);
+    assert!(matches!(error, StartError::Undone { node: 1, object: found, .. } if found == object), "{error}");
+}
+
+/// As an earlier start has left it, and then as the robot file has it until the protocol switches it on.
+#[test]
+fn what_the_protocol_sets_otherwise_than_the_robot_file_is_not_undone() {
+    let off = Value::Unsigned32(0x8000_0201);
+    let mut drives = [drive(1), drive(2), drive(3)];
+    drives[0].settings.push(Setting::of(&RPDO1_IDENTIFIER, off)).unwrap();
+    let configuration = NetworkConfiguration::new(drives, PERIOD).unwrap();
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+    network.link_mut().drives[0].dictionary.set(RPDO1_IDENTIFIER.address(), off).unwrap();
+    start(&mut network).unwrap();
+    assert_eq!(value(&network, 0, &RPDO1_IDENTIFIER), Value::Unsigned32(0x201));
+}
+
+#[test]
+fn a_command_timeout_that_turns_out_to_be_read_only_is_refused_with_the_remedy() {
+    let mut drives = [drive(1), drive(2), drive(3)];
+    drives[0].watchdog = Watchdog::RpdoTimeout { milliseconds: 50, test: WatchdogTest::AtStart };
+    let configuration = NetworkConfiguration::new(drives, PERIOD).unwrap();
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+    let fixed = Entry::constant(Value::Unsigned16(0));
+    network.link_mut().drives[0].dictionary.insert(RPDO1_EVENT_TIMER.address(), fixed).unwrap();
+    assert_eq!(
+        format!("{}", start(&mut network).unwrap_err()),
+        "node 1: 1400h:05 (RPDO1 event timer) is 0, expected 50 (32h): drive.watchdog = \"heartbeat\", or another drive"
+    );
+}
+
+/// The robot file's last word is written, though the drive has it from an earlier start: the protocol's comes between.
+#[test]
+fn what_is_written_after_the_protocol_is_the_last_word_at_each_start() {
+    let mut drives = [drive(1), drive(2), drive(3)];
+    drives[1].later_settings.push(Setting::of(&EMERGENCY_IDENTIFIER, Value::Unsigned32(0x8000_0082))).unwrap();
+    let configuration = NetworkConfiguration::new(drives, PERIOD).unwrap();
+    let mut network = DriveNetwork::new(FakeBus::new(&[1, 2, 3]), configuration);
+    for _ in 0..2 {
+        start(&mut network).unwrap();
+        assert_eq!(value(&network, 1, &EMERGENCY_IDENTIFIER), Value::Unsigned32(0x8000_0082));
+        stop(&mut network);
+    }
 }
 
 #[test]
