@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use anyhow::Context;
-use dem_model::{BaseFreedom, FreeFloatingManipulator, PlanarBaseManipulator, SerialManipulator};
+use dem_model::{
+    BaseFreedom, FreeFloatingManipulator, PlanarBaseManipulator, SerialManipulator, SphericalBaseManipulator,
+};
 use hinf_control::Disturbance;
 use nalgebra::SVector;
 use uarm_io::drive::odrive::Positions;
@@ -19,12 +21,14 @@ use uarm_sim::{
     SerialSpacePlant, SphericalBasePlant, UarmPlant, UarmPlantParameters,
 };
 
+use uarm_loop::choice::Choice;
 use uarm_loop::dimensions;
 use uarm_loop::robot::{Bus, Joint, Protocol};
 
 use crate::bought::{Bought, BoughtDrive, Past, StoredObject};
 use crate::eds::{good_readings, maker_dictionary, with_good_readings};
 use crate::robot::Robot;
+use crate::robot::imperfections::Imperfections;
 use crate::robot::model::Mechanics;
 use crate::usage::UsageError;
 
@@ -34,6 +38,8 @@ pub enum PlantChoice {
     /// The UARM with its documented imperfections.
     #[default]
     Uarm,
+    /// Any other arm with the imperfections of its robot file.
+    Imperfect,
     /// The dynamically equivalent manipulator as the controllers believe it to be.
     Ideal,
     /// The free-floating space manipulator itself, simulated without the DEM.
@@ -43,6 +49,7 @@ pub enum PlantChoice {
 uarm_loop::choice! {
     PlantChoice:
     Uarm = "uarm", "The UARM with its documented imperfections";
+    Imperfect = "imperfect", "The robot with the imperfections of its file's [plant]; of the paper's arm that is \"uarm\"";
     Ideal = "ideal", "The dynamically equivalent manipulator as the controllers believe it to be";
     Space = "space", "The free-floating space manipulator itself, simulated without the DEM";
 }
@@ -51,8 +58,12 @@ impl PlantChoice {
     /// What it comes to for `robot`: without imperfections in its file, the plant with imperfections is the ideal one.
     pub fn of<const J: usize, const N: usize>(self, robot: &Robot<J, N>) -> Self {
         match self {
-            Self::Uarm if robot.file.plant.is_none() => Self::Ideal,
-            other => other,
+            Self::Uarm | Self::Imperfect if robot.file.plant.is_none() => Self::Ideal,
+            Self::Uarm | Self::Imperfect => match robot.mechanics {
+                Mechanics::ThreeLinks { .. } => Self::Uarm,
+                Mechanics::Planar { .. } | Mechanics::Spatial { .. } => Self::Imperfect,
+            },
+            Self::Ideal | Self::Space => self,
         }
     }
 
@@ -61,21 +72,25 @@ impl PlantChoice {
     /// # Errors
     /// If imperfections are asked for that the robot's file has not.
     pub fn asked<const J: usize, const N: usize>(asked: Option<Self>, robot: &Robot<J, N>) -> Result<Self, UsageError> {
-        let choice = asked.unwrap_or_default();
-        let found = choice.of(robot);
-        if asked.is_some() && found != choice {
-            let name = &robot.description.name;
-            let message =
-                format!("--plant uarm: expected ideal or space, since {name} has no [plant], no imperfections");
-            return Err(UsageError::new(message));
+        let choice = asked.unwrap_or_default().of(robot);
+        let name = &robot.description.name;
+        match (asked, choice) {
+            (Some(asked @ (Self::Uarm | Self::Imperfect)), Self::Ideal) => Err(UsageError::new(format!(
+                "--plant {}: expected ideal or space, since {name} has no [plant], no imperfections",
+                asked.name()
+            ))),
+            (Some(Self::Uarm), Self::Imperfect) => Err(UsageError::new(format!(
+                "--plant uarm: expected imperfect, ideal or space, since {name} is another arm than the UARM"
+            ))),
+            _ => Ok(choice),
         }
-        Ok(found)
     }
 
     /// What reports and logs call the plant.
     pub const fn label(self) -> &'static str {
         match self {
             Self::Uarm => "imperfect UARM",
+            Self::Imperfect => "imperfect robot",
             Self::Ideal => "ideal DEM",
             Self::Space => "free-floating space manipulator",
         }
@@ -124,7 +139,9 @@ impl<const N: usize> SimulatedPlant<N> {
             format!("{name}: the robot file has no [space_manipulator], which the plant \"space\" is made of")
         };
         let plant = match (choice, &robot.mechanics) {
-            (PlantChoice::Uarm, Mechanics::ThreeLinks { .. }) => return Self::uarm(robot, robot.plant, disturbance),
+            (PlantChoice::Uarm | PlantChoice::Imperfect, Mechanics::ThreeLinks { .. }) => {
+                return Self::uarm(robot, robot.plant.uarm, disturbance);
+            }
             (PlantChoice::Ideal, Mechanics::ThreeLinks { dem, .. }) => {
                 Self::Ideal(DemPlant::new(*dem).with_disturbance(disturbance))
             }
@@ -132,7 +149,13 @@ impl<const N: usize> SimulatedPlant<N> {
                 let space = space.as_ref().with_context(no_space)?;
                 Self::Space(FreeFloatingPlant::new(space).with_disturbance(disturbance))
             }
-            (PlantChoice::Uarm | PlantChoice::Ideal, Mechanics::Planar { dem, .. }) => {
+            (PlantChoice::Uarm | PlantChoice::Imperfect, Mechanics::Planar { dem, .. }) => {
+                let Imperfections { scale, joints, .. } = robot.plant;
+                let built = scale.dem(dem).context("plant")?;
+                let plant = SerialPlant::new(PlanarBaseManipulator::planar(&built), joints);
+                Self::Planar(plant.with_disturbance(disturbance))
+            }
+            (PlantChoice::Ideal, Mechanics::Planar { dem, .. }) => {
                 Self::Planar(serial(PlanarBaseManipulator::planar(dem)).with_disturbance(disturbance))
             }
             (PlantChoice::Space, Mechanics::Planar { space, .. }) => {
@@ -140,7 +163,13 @@ impl<const N: usize> SimulatedPlant<N> {
                 let space = FreeFloatingManipulator::free_floating(&space, [dem_model::Joint::about_z(); N]);
                 Self::Floating(serial(space).with_disturbance(disturbance))
             }
-            (PlantChoice::Uarm | PlantChoice::Ideal, Mechanics::Spatial { dem, .. }) => {
+            (PlantChoice::Uarm | PlantChoice::Imperfect, Mechanics::Spatial { space, joints: axes, .. }) => {
+                let Imperfections { scale, joints, .. } = robot.plant;
+                let weighed = scale.space_manipulator(space).context("plant")?;
+                let arm = SphericalBaseManipulator::dynamically_equivalent(&weighed, *axes);
+                Self::Spherical(SerialPlant::new(arm, joints).with_disturbance(disturbance))
+            }
+            (PlantChoice::Ideal, Mechanics::Spatial { dem, .. }) => {
                 Self::Spherical(serial(*dem).with_disturbance(disturbance))
             }
             (PlantChoice::Space, Mechanics::Spatial { space, joints, .. }) => {

@@ -24,7 +24,7 @@ fn observed(fault: Fault, cycle: u64) -> Observation {
     let drawn = Scenario::draw(&robot, 1).unwrap();
     let scenario = Scenario {
         law: Law::Nonlinear,
-        plant: robot.plant,
+        plant: robot.plant.uarm,
         start_offset: Default::default(),
         fault,
         joint: Joint::TWO,

@@ -42,7 +42,7 @@ fn the_built_in_robot_is_the_papers() {
     assert_eq!(three_links(&robot).0, dem_model::ThreeLinkDem::table_2());
     assert_eq!(three_links(&robot).1, Some(dem_model::PlanarSpaceManipulator::table_1()));
     assert_eq!(robot.description.period.seconds(1), 0.003);
-    assert_eq!(robot.plant, uarm_sim::UarmPlantParameters::fitted());
+    assert_eq!(robot.plant.uarm, uarm_sim::UarmPlantParameters::fitted());
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn a_file_without_an_arm_or_with_two_is_refused() {
 #[test]
 fn without_a_plant_the_simulated_robot_has_no_imperfections() {
     let robot = parsed(&without("plant"));
-    assert_eq!(robot.plant, uarm_sim::UarmPlantParameters::ideal());
+    assert_eq!(robot.plant.uarm, uarm_sim::UarmPlantParameters::ideal());
 }
 
 #[test]

@@ -51,7 +51,7 @@ impl Scenario {
         Ok(Self {
             seed,
             law,
-            plant: spread.draw(&robot.plant, &mut Stream::new(seed, Subject::Plant, 0))?,
+            plant: spread.draw(&robot.plant.uarm, &mut Stream::new(seed, Subject::Plant, 0))?,
             start_offset: StartVariation::Full.offset(robot, seed, 0),
             fault,
             joint,

@@ -481,8 +481,9 @@ pub struct Limits {
 pub struct Plant {
     pub base_inertia_scale: f64,
     pub link_scale: f64,
-    pub viscous_friction_nm_s: [f64; 3],
-    pub coulomb_friction_nm: [f64; 3],
+    pub viscous_friction_nm_s: Vec<f64>,
+    pub coulomb_friction_nm: Vec<f64>,
     pub torque_gain: f64,
+    #[serde(default)]
     pub tilt_m_per_s2: [f64; 2],
 }

@@ -17,6 +17,7 @@
 //! | [`demand`] | what the motion asks of the joints, and whether they have it |
 //! | `acceleration` | how fast the joints can change their velocities |
 //! | `joint` | encoders, gears, torque scales and limits |
+//! | [`imperfections`] | what is not ideal in the simulated robot |
 //! | [`homing`] | how a drive finds its home position by itself |
 //! | `drive` | what the master wants of a drive |
 //! | `supervision` | how counts and torques are held against the model |
@@ -36,6 +37,7 @@ pub mod error;
 pub mod file;
 pub mod fuzzy_sets;
 pub mod homing;
+pub mod imperfections;
 mod joint;
 mod known_fields;
 pub mod model;
@@ -57,7 +59,6 @@ use std::sync::Arc;
 
 use hinf_control::{AdaptationGuard, BuildError, Controller, ControllerSettings, FuzzySets, Law, QuinticReference};
 use uarm_io::time::Duration;
-use uarm_sim::{UarmImperfections, UarmPlantParameters};
 
 use uarm_log::description::{JointDescription, LinkDescription, RobotDescription};
 use uarm_loop::period::Period;
@@ -66,6 +67,7 @@ use crate::dimensions::LoopRobot;
 use arm::{Arm, LawChoice};
 use error::{Checker, RobotError};
 use file::RobotFile;
+use imperfections::Imperfections;
 use model::{CheckedModel, Mechanics};
 use overrides::Overrides;
 use profile::UsedProfile;
@@ -102,7 +104,7 @@ pub struct Robot<const J: usize = 3, const N: usize = 2> {
     /// Trained premise sets of the fuzzy laws; without them they run with the untrained grid.
     pub fuzzy_sets: Option<FuzzySets<f64>>,
     /// What is not ideal in the simulated robot.
-    pub plant: UarmPlantParameters,
+    pub plant: Imperfections<N>,
 }
 
 impl Robot {
@@ -216,6 +218,7 @@ impl<const J: usize, const N: usize> Robot<J, N> {
         let protocol = protocol::check(&file.bus, &file.joints, &check)?;
         let bus = bus::check(&file.bus, &joints, protocol, period, &check)?;
         let supervision = supervision::check::<J, N>(&file.supervision, arm.momentum_model(), &joints, period, &check)?;
+        let plant = imperfections::check::<J, N>(file.plant.as_ref(), &mechanics, &check)?;
         let acceleration_bounds = arm.acceleration_bounds(&joints.each_ref().map(|joint| joint.torque_limit));
         Ok(Self {
             source: text.to_owned(),
@@ -240,14 +243,7 @@ impl<const J: usize, const N: usize> Robot<J, N> {
             arm,
             controllers,
             fuzzy_sets: None,
-            plant: match (&file.plant, &mechanics) {
-                (None, _) => UarmPlantParameters::ideal(),
-                (Some(written), Mechanics::ThreeLinks { .. }) => plant(written, &check)?,
-                (Some(_), _) => {
-                    let expected = "none: imperfections are simulated of the paper's arm, of two active joints behind a base with an encoder";
-                    return Err(check.refuse("plant", "a table", expected));
-                }
-            },
+            plant,
             mechanics,
             impossible_inertias,
             file,
@@ -338,26 +334,4 @@ fn with_brackets(path: &str) -> String {
         }
     }
     text
-}
-
-fn plant(plant: &file::Plant, check: &Checker<'_>) -> Result<UarmPlantParameters, RobotError> {
-    UarmPlantParameters::new(UarmImperfections {
-        viscous_friction: plant.viscous_friction_nm_s,
-        coulomb_friction: plant.coulomb_friction_nm,
-        base_inertia_scale: plant.base_inertia_scale,
-        link_inertia_scale: plant.link_scale,
-        gain: plant.torque_gain,
-        tilt: plant.tilt_m_per_s2,
-    })
-    .map_err(|error| {
-        let field = match error.name {
-            "viscous_friction" => "viscous_friction_nm_s",
-            "coulomb_friction" => "coulomb_friction_nm",
-            "link_inertia_scale" => "link_scale",
-            "gain" => "torque_gain",
-            "tilt" => "tilt_m_per_s2",
-            name => name,
-        };
-        check.refuse(format!("plant.{field}"), error.found, error.expected)
-    })
 }

@@ -13,6 +13,6 @@ acceleration eliminated: see `nonlinear-omitted`. The order in E, and among the 
 
 /// What must be said of numbers of this plant: something, if it was fitted to the paper's.
 pub fn caveat<const J: usize, const N: usize>(robot: &Robot<J, N>, plant: PlantChoice) -> Option<&'static str> {
-    let is_fitted = plant == PlantChoice::Uarm && robot.plant == UarmPlantParameters::fitted();
+    let is_fitted = plant == PlantChoice::Uarm && robot.plant.uarm == UarmPlantParameters::fitted();
     (is_fitted && robot.is_the_papers()).then_some(FITTED_PLANT_CAVEAT)
 }

@@ -80,7 +80,7 @@ struct RunArguments {
     /// Let the fuzzy laws run with the sets in this file, as uarm train writes it; without it with the untrained grid
     #[arg(long, value_name = "FILE.toml")]
     fuzzy_sets: Option<PathBuf>,
-    /// What the robot is; by default "uarm", or "ideal" where the robot file has no [plant]
+    /// What the robot is; by default it has the imperfections of the robot file's [plant], and is "ideal" without
     #[arg(long, value_parser = choice::<PlantChoice>(), value_name = "PLANT")]
     plant: Option<PlantChoice>,
     /// The disturbance of the plant's joints; by default the paper's of eq. 48 on its arm, and none on others

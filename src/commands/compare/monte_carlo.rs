@@ -142,7 +142,7 @@ pub fn load(settings: &MonteCarloSettings<'_>) -> anyhow::Result<Vec<VariantRobo
 /// If an experiment cannot be begun.
 pub fn draw(settings: &MonteCarloSettings<'_>, robots: &[VariantRobot], index: u64) -> anyhow::Result<Draw> {
     let robot = &robots.first().context("no controller to compare")?.robot;
-    let plant = settings.spread.draw(&robot.plant, &mut Stream::new(settings.seed, Subject::Plant, index))?;
+    let plant = settings.spread.draw(&robot.plant.uarm, &mut Stream::new(settings.seed, Subject::Plant, index))?;
     let offset = settings.variation.offset(robot, settings.seed, index);
     let mut indices = Vec::with_capacity(robots.len());
     for variant in robots {

@@ -48,7 +48,7 @@ pub struct Arguments {
     /// The robot file; without it the paper's UARM
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
-    /// What the simulated robot is; by default "uarm", or "ideal" where the robot file has no [plant]
+    /// What the simulated robot is; by default it has the imperfections of the robot file's [plant], and is "ideal" without
     #[arg(long, value_parser = choice::<PlantChoice>(), value_name = "PLANT")]
     plant: Option<PlantChoice>,
     /// Let the fuzzy laws run with the sets in this file, as uarm train writes it; without it with the untrained grid
@@ -159,10 +159,12 @@ fn note(robot: &Robot, plant: PlantChoice, experiment: &Experiment) -> String {
 
 fn plant_note<const J: usize, const N: usize>(robot: &Robot<J, N>, plant: PlantChoice) -> String {
     match plant {
-        PlantChoice::Uarm if robot.is_the_papers() && robot.plant == UarmPlantParameters::fitted() => {
+        PlantChoice::Uarm if robot.is_the_papers() && robot.plant.uarm == UarmPlantParameters::fitted() => {
             format!("{} with imperfections fitted to the paper's Table 4", robot.description.name)
         }
-        PlantChoice::Uarm => format!("{} with the imperfections in its robot file", robot.description.name),
+        PlantChoice::Uarm | PlantChoice::Imperfect => {
+            format!("{} with the imperfections in its robot file", robot.description.name)
+        }
         PlantChoice::Ideal => format!("{} as the controllers believe it to be", robot.description.name),
         PlantChoice::Space => "the free-floating space manipulator".to_owned(),
     }

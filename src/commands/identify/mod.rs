@@ -120,7 +120,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<ExitCode> {
 }
 
 fn gain(choice: GainChoice, recordings: &Recordings) -> Gain {
-    let known = Gain::Known(recordings.robot.plant.gain());
+    let known = Gain::Known(recordings.robot.plant.uarm.gain());
     match choice {
         GainChoice::Sought => Gain::Sought,
         GainChoice::Known => known,

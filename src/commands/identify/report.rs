@@ -172,13 +172,13 @@ fn counted(number: usize, name: &str) -> String {
 
 /// `[plant]` with what was told; of the rest, what the robot file had, or none.
 fn plant(recordings: &Recordings, model: &Uarm, found: &Identified) -> file::Plant {
-    let before = recordings.robot.plant.imperfections();
+    let before = recordings.robot.plant.uarm.imperfections();
     let told =
         |parameter: UarmParameter| found.estimate(parameter).is_some_and(|estimate| estimate.told != Told::NotTold);
     let new = model.imperfections(&found.values());
     let pick = |parameter, new, before| if told(parameter) { new } else { before };
     let each = |of: fn(usize) -> UarmParameter, new: [f64; 3], before: [f64; 3]| {
-        std::array::from_fn(|joint| pick(of(joint), new[joint], before[joint]))
+        (0..3).map(|joint| pick(of(joint), new[joint], before[joint])).collect()
     };
     file::Plant {
         base_inertia_scale: pick(UarmParameter::BaseInertia, new.base_inertia_scale, before.base_inertia_scale),

@@ -61,7 +61,7 @@ pub struct Arguments {
     /// The robot file; without it the paper's UARM
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
-    /// What the robot is; by default "uarm", or "ideal" where the robot file has no [plant]
+    /// What the robot is; by default it has the imperfections of the robot file's [plant], and is "ideal" without
     #[arg(long, value_parser = choice::<PlantChoice>(), value_name = "PLANT")]
     plant: Option<PlantChoice>,
     /// How plant time passes

@@ -67,7 +67,7 @@ pub struct Arguments {
     /// Drive the real drives on this CAN interface, such as can0 or vcan0
     #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["plant", "virtual_time", "eds"])]
     can: Option<String>,
-    /// What the simulated robot is; by default "uarm", or "ideal" where the robot file has no [plant]
+    /// What the simulated robot is; by default it has the imperfections of the robot file's [plant], and is "ideal" without
     #[arg(long, value_parser = choice::<PlantChoice>(), value_name = "PLANT")]
     plant: Option<PlantChoice>,
     #[command(flatten)]

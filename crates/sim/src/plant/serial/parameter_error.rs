@@ -1,6 +1,8 @@
 //! Arms that weigh other than their model says.
 
-use dem_model::{DemBase, DemLink, ParameterError, SpaceLink, SpacecraftBody, SpatialDem, SpatialSpaceManipulator};
+use core::ops::Mul;
+
+use dem_model::{Dem, DemBase, DemLink, Distance, ParameterError, SpaceLink, SpacecraftBody, SpatialSpaceManipulator};
 
 /// By which factors masses and inertias differ from the nominal ones; > 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,11 +33,14 @@ impl ParameterScale {
         SpatialSpaceManipulator::new(spacecraft, links)
     }
 
-    /// The equivalent manipulator with other masses and inertias on the same lengths: one that was built.
+    /// The equivalent manipulator, in the plane or in space, with other masses and inertias on the same lengths: one that was built.
     ///
     /// # Errors
     /// [`ParameterError`] names the first body that a factor leaves without mass.
-    pub fn dem<const N: usize>(&self, nominal: &SpatialDem<f64, N>) -> Result<SpatialDem<f64, N>, ParameterError> {
+    pub fn dem<const N: usize, D: Distance<f64, Inertia: Mul<f64, Output = D::Inertia>>>(
+        &self,
+        nominal: &Dem<f64, N, D, D::Inertia>,
+    ) -> Result<Dem<f64, N, D, D::Inertia>, ParameterError> {
         let base = *nominal.base();
         let base = DemBase { inertia: base.inertia * self.base, ..base };
         let links = nominal.links().map(|link| DemLink {
@@ -43,6 +48,6 @@ impl ParameterScale {
             inertia: link.inertia * self.links,
             ..link
         });
-        SpatialDem::new(base, links)
+        Dem::new(base, links)
     }
 }
