@@ -60,6 +60,8 @@ pub enum Command {
     Train(commands::train::Arguments),
     /// Print a completion script for a shell
     Completions(commands::completions::Arguments),
+    /// Write the manual pages
+    Man(commands::man::Arguments),
 }
 
 /// Runs a subcommand.
@@ -86,5 +88,6 @@ pub fn execute(command: &Command) -> anyhow::Result<ExitCode> {
         Command::Identify(arguments) => commands::identify::execute(arguments),
         Command::Train(arguments) => commands::train::execute(arguments),
         Command::Completions(arguments) => commands::completions::execute(arguments, CommandLine::command()),
+        Command::Man(arguments) => commands::man::execute(arguments, CommandLine::command()),
     }
 }

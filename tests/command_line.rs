@@ -228,6 +228,20 @@ fn what_cannot_be_is_exit_code_1_and_says_why() {
 }
 
 #[test]
+fn manual_pages_are_written_once() {
+    let folder = scratch("man");
+    let _ = std::fs::remove_dir_all(&folder);
+    let man = ["man", folder.to_str().unwrap()];
+    assert_eq!(code(&uarm(&man)), 0);
+    let page = std::fs::read_to_string(folder.join("uarm-drive-check.1")).unwrap();
+    assert!(page.contains(".TH uarm-drive-check 1") && page.contains("\\-\\-eds"), "{page}");
+    let again = uarm(&man);
+    assert_eq!(code(&again), 1);
+    assert!(standard_error(&again).contains("uarm.1"), "{}", standard_error(&again));
+    assert_eq!(code(&uarm(&[man.as_slice(), &["--force"]].concat())), 0);
+}
+
+#[test]
 fn help_version_and_completions_are_there() {
     assert!(standard_output(&uarm(&["--version"])).contains("commit"));
     assert!(standard_output(&uarm(&["run", "--help"])).contains("uarm run --can can0"));

@@ -10,6 +10,7 @@ pub mod explain;
 pub mod figures;
 pub mod filters;
 pub mod identify;
+pub mod man;
 pub mod map;
 pub mod monitor;
 pub mod plant;

@@ -11,7 +11,9 @@ fn checked(answer: libc::c_long) -> io::Result<()> {
 
 fn set_scheduler(policy: libc::c_int, priority: u8) -> io::Result<()> {
     const CALLING_THREAD: libc::pid_t = 0;
-    let parameters = libc::sched_param { sched_priority: priority.into() };
+    // SAFETY: a structure of integers, for which all bits zero is a value; C libraries other than glibc have more of them.
+    let mut parameters: libc::sched_param = unsafe { core::mem::zeroed() };
+    parameters.sched_priority = priority.into();
     // SAFETY: the kernel only reads `parameters`, which is a live, initialised value of the type that the call expects. The
     // call changes the scheduling of the calling thread and touches no memory of the process. The system call is made
     // directly, since musl's wrapper refuses.
