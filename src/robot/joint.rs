@@ -219,7 +219,8 @@ fn scale(
     torque_limit: f64,
 ) -> TorqueScale {
     let scale = TorqueScale { rated_torque, direction, ceiling: TorqueCeiling::RATED, transmission };
-    let per_mille = (torque_limit / scale.per_mille()).ceil().clamp(1.0, f64::from(i16::MAX)) as i16;
+    // What is a whole number but for the rounding of the division is one.
+    let per_mille = (torque_limit / scale.per_mille() * (1.0 - 1e-12)).ceil().clamp(1.0, f64::from(i16::MAX)) as i16;
     TorqueScale { ceiling: TorqueCeiling::new(per_mille).unwrap_or(TorqueCeiling::RATED), ..scale }
 }
 
@@ -252,6 +253,17 @@ mod tests {
         let text = BUILT_IN.replacen("torque_rate_nm_per_s = 100.0", "torque_rate_nm_per_s = 0.0", 1);
         let error = Robot::parse(Path::new("test.toml"), &text, &Overrides::default()).unwrap_err().to_string();
         assert!(error.contains("joints[1].limits.torque_rate_nm_per_s"), "{error}");
+    }
+
+    /// 0.001 N m of a motor of 0.001 N m are 1000 per mille, and in floating point a little more.
+    #[test]
+    fn a_limit_at_the_rated_torque_is_a_thousand_per_mille() {
+        for millinewton_metres in 1..3000_u32 {
+            let rated = super::RatedTorque::new(millinewton_metres, super::TorqueUnit::MillinewtonMetre).unwrap();
+            let limit = f64::from(millinewton_metres) * 1e-3;
+            let scale = super::scale(rated, super::Direction::Positive, super::Transmission::DIRECT, limit);
+            assert_eq!(scale.ceiling.per_mille(), 1000, "{millinewton_metres}");
+        }
     }
 
     fn first_joint(fields: &str, bits: u8) -> Result<uarm_loop::robot::Joint, String> {

@@ -106,6 +106,7 @@ impl Candidate {
                 let newton_metres = drive.rated_torque.unit().in_newton_metres(*raw);
                 self.set("drive", "rated_torque_nm", newton_metres)?;
             }
+            Remedy::RatedCurrent(milliamperes) => self.set("drive", "rated_current_ma", i64::from(*milliamperes))?,
             Remedy::PdoNumber(PdoKind::Receive, number) => self.pdo("rpdo", i64::from(number.get()))?,
             Remedy::PdoNumber(PdoKind::Transmit, number) => self.pdo("tpdo", i64::from(number.get()))?,
             Remedy::CommandTransmission(transmission) => self.command_transmission(*transmission)?,

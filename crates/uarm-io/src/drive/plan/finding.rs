@@ -151,6 +151,8 @@ pub enum Remedy {
     MicronewtonMetres,
     /// `drive.rated_torque_nm`, as the drive counts it in 6076h, if the drive is right.
     RatedTorque(u32),
+    /// `drive.rated_current_ma`, as the drive has it in 6075h, if the drive is right.
+    RatedCurrent(u32),
     /// `drive.target_torque_of = "stated-torque"`.
     TorqueStated,
     /// The number of the PDO that carries what is wanted: `drive.pdo`.
@@ -194,6 +196,10 @@ impl fmt::Display for Remedy {
             Self::RatedTorque(raw) => write!(
                 formatter,
                 "drive.rated_torque_nm that makes {raw} in the unit of 6076h if the drive is right; if the robot file is, write 6076h in drive.writes"
+            ),
+            Self::RatedCurrent(milliamperes) => write!(
+                formatter,
+                "drive.rated_current_ma = {milliamperes} if the drive is right; if the robot file is, write 6075h in drive.writes"
             ),
             Self::TorqueStated => formatter.write_str("drive.target_torque_of = \"stated-torque\""),
             Self::PdoNumber(PdoKind::Receive, number) => write!(formatter, "drive.pdo.rpdo = {}", number.get()),

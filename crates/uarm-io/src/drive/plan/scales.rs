@@ -99,7 +99,14 @@ impl Planner<'_> {
                 match row.found {
                     Answer::Number(found) if found == wanted => row,
                     Answer::Unstated => row.noting(READ_AT_START),
-                    Answer::Number(_) => self.to_write(row, &objects::RATED_CURRENT, wanted),
+                    Answer::Number(found) => match u32::try_from(found) {
+                        Ok(found)
+                            if found > 0 && self.answered(&objects::RATED_CURRENT).access != Access::ReadWrite =>
+                        {
+                            row.with(Verdict::WorksWith, Remedy::RatedCurrent(found))
+                        }
+                        _ => self.to_write(row, &objects::RATED_CURRENT, wanted),
+                    },
                     _ => row.with(Verdict::WorksWith, Remedy::TorqueStated),
                 }
             }

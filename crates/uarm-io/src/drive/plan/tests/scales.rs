@@ -83,8 +83,12 @@ fn target_torque_can_refer_to_the_rated_current() {
     };
     let dictionary = drive().without(0x6076, 0);
     assert_eq!(planned(dictionary.clone(), &wish(3000)).verdict(), Verdict::Works);
-    let refused = *planned(dictionary, &wish(2000)).refusal().unwrap();
+    let refused = *planned(dictionary.clone(), &wish(2000)).refusal().unwrap();
     assert_eq!(refused.object, objects::RATED_CURRENT.address());
+    // What a drive itself says is not overwritten; a dictionary's default may be.
+    let fixed = *planned(dictionary.ro(0x6075, 0, 3000), &wish(2000)).refusal().unwrap();
+    assert_eq!(fixed.remedy, Remedy::RatedCurrent(3000));
+    assert!(fixed.to_string().contains("drive.rated_current_ma = 3000 if the drive is right"), "{fixed}");
 }
 
 #[test]
