@@ -94,10 +94,9 @@ impl Widget for PanelChart<'_> {
 /// The vertical axis' label and the curves' names.
 fn title(panel: &Panel, names: &[String], marks: &[Mark]) -> Line<'static> {
     let mut spans = vec![Span::from(format!(" {} over {}", panel.y.label, panel.x.label)).bold()];
-    let are_many = names.len() > MARKERS.len();
     for ((curve, name), Mark { symbol, .. }) in panel.curves.iter().zip(names).zip(marks) {
-        // A line has no room for the names of many: their numbers say it, and letters stand for what drives reported.
-        let text = if are_many { format!(" {symbol}") } else { format!("   {symbol} {name}") };
+        // A line has no room for the names of many: a joint's number says it.
+        let text = if symbol.is_ascii_digit() { format!(" {symbol}") } else { format!("   {symbol} {name}") };
         spans.push(Span::styled(text, style(&curve.stroke)));
     }
     spans.push(Span::from(" "));
@@ -187,10 +186,13 @@ mod tests {
         let panel = [2, 3]
             .into_iter()
             .fold(panel, |panel, joint| panel.with(crate::figures::style::reported_by_joint(joint), line(0.1)));
-        let mut buffer = Buffer::empty(Rect::new(0, 0, 64, 20));
+        let mut buffer = Buffer::empty(Rect::new(0, 0, 100, 20));
         PanelChart(&panel).render(buffer.area, &mut buffer);
         let text = plain_text::of(&buffer);
-        assert!(text.contains("Torque (N m) over Time (s) 1 2 3 4 5 6 7 a b "), "{text}");
+        assert!(
+            text.contains("Torque (N m) over Time (s) 1 2 3 4 5 6 7   a joint 2, reported   b joint 3, reported "),
+            "{text}"
+        );
         for number in '1'..='7' {
             assert!(text.lines().skip(1).any(|line| line.matches(number).count() > 40), "{number}: {text}");
         }

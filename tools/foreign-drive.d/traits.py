@@ -322,7 +322,7 @@ TRIALS = [
                 dictionary="rated-current",
                 drive=OF_CURRENT.format(2000),
                 code=WORKS_WITH,
-                rows={"6075h:00": "2000"},
+                rows={"6075h:00": "rated_current_ma = 3000"},
             ),
         ),
         bus='sync_counter = "on"',
