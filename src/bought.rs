@@ -83,7 +83,7 @@ impl<const J: usize> Bought<J> {
             let dictionary = eds::read(file)?;
             let node = nodes.get(position).map(|node| node.raw()).or(dictionary.node());
             let node = node.ok_or_else(|| usage(format!("--eds {}: expected --node with it", file.display())))?;
-            let place = &mut bought.dictionaries[joint(node, robot)?];
+            let place = &mut bought.dictionaries[joint("--node", node, robot)?];
             if place.replace(dictionary).is_some() {
                 return Err(usage(format!(
                     "--eds {}: a second dictionary for node {node}, expected one",
@@ -104,7 +104,7 @@ impl<const J: usize> Bought<J> {
         robot: &[u8; J],
     ) -> anyhow::Result<Self> {
         for (node, past) in pasts {
-            self.pasts[joint(node.raw(), robot)?] = past;
+            self.pasts[joint("--start", node.raw(), robot)?] = past;
         }
         Ok(self)
     }
@@ -181,7 +181,7 @@ fn usage(message: String) -> anyhow::Error {
     UsageError::new(message).into()
 }
 
-fn joint(node: u8, robot: &[u8]) -> anyhow::Result<usize> {
+fn joint(option: &str, node: u8, robot: &[u8]) -> anyhow::Result<usize> {
     let position = robot.iter().position(|other| *other == node);
-    position.ok_or_else(|| UsageError::no_such_node(&format!("node {node}"), robot).into())
+    position.ok_or_else(|| UsageError::no_such_node(&format!("{option} {node}"), robot).into())
 }

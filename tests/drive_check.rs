@@ -108,7 +108,11 @@ fn what_is_fixed_for_the_whole_bus_is_told_with_its_keys() {
     };
     for (name, dictionary, keys) in [
         ("heartbeat-100", heartbeat("100"), "[bus]\ndrive_heartbeat_ms = 100\ndrive_timeout_ms = 200\n"),
-        ("heartbeat-500", heartbeat("500"), "[bus]\ndrive_heartbeat_ms = 500\ndrive_timeout_ms = 1000\n"),
+        (
+            "heartbeat-500",
+            heartbeat("500"),
+            "[bus]\ndrive_heartbeat_ms = 500\ndrive_timeout_ms = 1000\nnmt_timeout_ms = 1000\n",
+        ),
         ("period-5", period("5"), "[control]\nperiod_us = 5000\n"),
     ] {
         let (code, findings) = judged(name, &dictionary);
@@ -120,7 +124,10 @@ fn what_is_fixed_for_the_whole_bus_is_told_with_its_keys() {
             let key = line.split(' ').next().unwrap_or_default();
             changed(key).filter(|_| line.contains(" = ")).unwrap_or_else(|| line.to_owned())
         });
-        let robot = file(&format!("check-{name}.toml"), &lines.collect::<Vec<_>>().join("\n"));
+        let lines = lines.collect::<Vec<_>>().join("\n");
+        // A key that the file has not stands in no line of it.
+        let added = keys.lines().find(|line| line.starts_with("nmt_timeout_ms")).unwrap_or_default();
+        let robot = file(&format!("check-{name}.toml"), &lines.replacen("[bus]\n", &format!("[bus]\n{added}\n"), 1));
         let again = check(&format!("{name}-again"), &dictionary, &["--node", "2", "--robot", robot.to_str().unwrap()]);
         assert_eq!(again.status.code(), Some(WORKS), "{name}: {}", text(&again));
     }

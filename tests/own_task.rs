@@ -138,6 +138,11 @@ fn a_way_beyond_what_the_joints_can_is_refused_before_anything_moves() {
             "task.oscillations[0].frequency_hz = 0: expected a finite number above 0",
         ),
         (
+            "alias",
+            "oscillations = [{ joint = \"joint 2\", amplitude_deg = 0.001, frequency_hz = 34.0 }]",
+            "task.oscillations[0].frequency_hz = 34: expected a number from 0 to 33.33",
+        ),
+        (
             "swing",
             "oscillations = [{ joint = \"joint 2\", amplitude_deg = 20.0, frequency_hz = 5.0 }]",
             "expected a motion within joints[1].limits.velocity_deg_per_s",

@@ -80,7 +80,7 @@ fn dictionaries_are_for_simulated_canopen_drives() {
     assert_eq!(usage.status.code(), Some(2), "{}", text(&usage));
     let unknown = uarm(&["run", "--virtual-time", "--log", "none", "--eds", eds, "--node", "9"]);
     assert_eq!(unknown.status.code(), Some(2));
-    assert!(text(&unknown).contains("node 9: expected one of the robot's nodes, [1, 2, 3]"), "{}", text(&unknown));
+    assert!(text(&unknown).contains("--node 9: expected one of the robot's nodes, [1, 2, 3]"), "{}", text(&unknown));
     let robot = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/uarm-odrive.toml");
     let odrive = ["run", "--virtual-time", "--log", "none", "--robot", robot, "--eds", eds, "--node", "2"];
     let odrive = uarm(&odrive);

@@ -101,6 +101,13 @@ pub(super) fn check(
         power: longer("power_timeout_ms", bus.power_timeout_ms, otherwise.power, "power stage and brake take time")?,
         ..otherwise
     };
+    if timeouts.nmt <= drive_heartbeat {
+        let expected = format!(
+            "above bus.drive_heartbeat_ms = {}: a drive's heartbeat tells that it does what NMT commands",
+            bus.drive_heartbeat_ms
+        );
+        return Err(check.refuse("bus.nmt_timeout_ms", timeouts.nmt.as_millis(), expected));
+    }
     Ok(Bus {
         protocol,
         bit_rate,
@@ -257,6 +264,7 @@ mod tests {
         for (field, part) in [
             ("boot_timeout_ms = 0", "bus.boot_timeout_ms = 0: expected at least 1"),
             ("nmt_timeout_ms = 0", "bus.nmt_timeout_ms = 0"),
+            ("nmt_timeout_ms = 50", "bus.nmt_timeout_ms = 50: expected above bus.drive_heartbeat_ms = 50"),
             ("power_timeout_ms = 0", "bus.power_timeout_ms = 0"),
             ("sdo_attempts = 0", "bus.sdo_attempts = 0: expected 1 to 20"),
             ("sync_counter = \"maybe\"", "expected one of `auto`, `on`, `off`"),

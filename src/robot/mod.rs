@@ -204,7 +204,7 @@ impl<const J: usize, const N: usize> Robot<J, N> {
         })?;
         let joints = joint::check::<J, N>(&file, &check)?;
         let CheckedModel { arm, mechanics, impossible_inertias } = model::check::<J, N>(&file, &check)?;
-        let task = task::check(&file.task, &file.joints, &check)?;
+        let task = task::check(&file.task, &file.joints, period, &check)?;
         let mut controllers = match file.controllers {
             Some(controllers) => controllers,
             None => control::derived(arm.as_ref(), task.reference.start(), &check)?,

@@ -1,6 +1,7 @@
 //! The experiment's motion: checked.
 
 use nalgebra::SVector;
+use uarm_loop::period::Period;
 use uarm_loop::reference::{Oscillation, Oscillations, Path, PathError, TaskReference, ViaPoint};
 use uarm_loop::robot::Task;
 
@@ -11,18 +12,19 @@ use super::file;
 const LONGEST_MOTION: f64 = 3600.0;
 /// The longest hold, s: a day keeps every counter of a run far from its end.
 const LONGEST_HOLD: f64 = 24.0 * 3600.0;
-/// The fastest oscillation that is none of a structure but of an arm, Hz.
-const FASTEST_OSCILLATION: f64 = 100.0;
+/// The cycles of the loop that an oscillation takes at least: with fewer, its samples are another one's.
+const CYCLES_OF_AN_OSCILLATION: f64 = 10.0;
 /// The time in which oscillations swell and die away where the file does not say, s.
 const USUAL_RAMP: f64 = 1.0;
 
 pub(super) fn check<const N: usize>(
     task: &file::Task,
     joints: &[file::Joint],
+    period: Period,
     check: &Checker<'_>,
 ) -> Result<Task<N>, RobotError> {
     Ok(Task {
-        reference: TaskReference::new(path(task, check)?, oscillations(task, joints, check)?),
+        reference: TaskReference::new(path(task, check)?, oscillations(task, joints, period, check)?),
         hold: check.within("task.hold_s", task.hold_s, 0.0, LONGEST_HOLD)?,
         start_tolerance: check.within("task.start_tolerance_deg", task.start_tolerance_deg, 0.0, 90.0)?.to_radians(),
     })
@@ -62,8 +64,10 @@ fn path<const N: usize>(task: &file::Task, check: &Checker<'_>) -> Result<Path<N
 fn oscillations<const N: usize>(
     task: &file::Task,
     joints: &[file::Joint],
+    period: Period,
     check: &Checker<'_>,
 ) -> Result<Option<Oscillations<N>>, RobotError> {
+    let fastest = 1.0 / (CYCLES_OF_AN_OSCILLATION * period.seconds(1));
     if task.oscillations.is_empty() {
         return match task.oscillation_ramp_s {
             Some(ramp) => Err(check.refuse("task.oscillation_ramp_s", ramp, "task.oscillations beside it")),
@@ -86,7 +90,7 @@ fn oscillations<const N: usize>(
                 &field("frequency_hz"),
                 check.positive(&field("frequency_hz"), oscillation.frequency_hz)?,
                 0.0,
-                FASTEST_OSCILLATION,
+                fastest,
             )?,
             phase: check.within(&field("phase_deg"), oscillation.phase_deg, -360.0, 360.0)?.to_radians(),
         })

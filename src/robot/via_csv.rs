@@ -38,23 +38,23 @@ fn read(text: &str, columns: &[&str]) -> Result<Vec<ViaPoint>, String> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let header = reader.headers().map_err(|error| error.to_string())?;
     if header != columns {
-        return Err(format!(
-            "the columns {}, found {}",
-            columns.join(","),
-            header.iter().collect::<Vec<_>>().join(",")
-        ));
+        let found = header.iter().collect::<Vec<_>>().join(",");
+        return Err(format!("a first line {:?}, not {found:?}", columns.join(",")));
     }
     let mut points = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|error| error.to_string())?;
+        let record = record.map_err(|error| format!("as many numbers in each line as columns: {error}"))?;
         let line = record.position().map_or(0, csv::Position::line);
         let number = |text: &str| {
             let number = text.parse().ok().filter(|number: &f64| number.is_finite());
-            number.ok_or_else(|| format!("line {line}: {text:?} in place of a finite number"))
+            number.ok_or_else(|| format!("finite numbers, not {text:?} in line {line}"))
         };
         let numbers = record.iter().map(number).collect::<Result<Vec<_>, _>>()?;
         let Some((at_s, angles_deg)) = numbers.split_first() else { continue };
         points.push(ViaPoint { at_s: *at_s, angles_deg: angles_deg.to_vec(), passing: Default::default() });
+    }
+    if points.is_empty() {
+        return Err("one posture at least behind its first line".to_owned());
     }
     Ok(points)
 }
@@ -76,10 +76,11 @@ mod tests {
     #[test]
     fn what_is_no_table_of_postures_is_told_with_its_line() {
         for (text, expected) in [
-            ("at_s,joint 3,joint 2\n", "the columns at_s,joint 2,joint 3, found at_s,joint 3,joint 2"),
-            ("at_s,joint 2,joint 3\n0.5,1,2\n0.6,1,x\n", "line 3: \"x\" in place of a finite number"),
-            ("at_s,joint 2,joint 3\n0.5,1,nan\n", "line 2: \"nan\" in place of a finite number"),
-            ("at_s,joint 2,joint 3\n0.5,1\n", "line: 2"),
+            ("at_s,joint 3,joint 2\n", "a first line \"at_s,joint 2,joint 3\", not \"at_s,joint 3,joint 2\""),
+            ("at_s,joint 2,joint 3\n0.5,1,2\n0.6,1,x\n", "finite numbers, not \"x\" in line 3"),
+            ("at_s,joint 2,joint 3\n0.5,1,nan\n", "finite numbers, not \"nan\" in line 2"),
+            ("at_s,joint 2,joint 3\n0.5,1\n", "as many numbers in each line as columns: CSV error: record 1 (line: 2"),
+            ("at_s,joint 2,joint 3\n", "one posture at least"),
         ] {
             let error = read(text, &COLUMNS).unwrap_err();
             assert!(error.contains(expected), "{error}");

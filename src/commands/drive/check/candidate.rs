@@ -1,6 +1,7 @@
 //! The joint's entry of the robot file, and what a remedy changes in it.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::Context;
 use toml::{Table, Value};
@@ -121,7 +122,12 @@ impl Candidate {
             Remedy::DriveHeartbeat(milliseconds) => {
                 let milliseconds = i64::from(*milliseconds);
                 let timeout = self.shared_number("bus", "drive_timeout_ms").unwrap_or_default();
-                let keys = [("drive_heartbeat_ms", milliseconds), ("drive_timeout_ms", timeout.max(2 * milliseconds))];
+                let mut keys =
+                    vec![("drive_heartbeat_ms", milliseconds), ("drive_timeout_ms", timeout.max(2 * milliseconds))];
+                let nmt_timeout = self.wishes()?.1.timeouts.nmt;
+                if nmt_timeout <= Duration::from_millis(milliseconds.unsigned_abs()) {
+                    keys.push(("nmt_timeout_ms", 2 * milliseconds));
+                }
                 return self.share("bus", &keys);
             }
             Remedy::Period(microseconds) => return self.share("control", &[("period_us", i64::from(*microseconds))]),

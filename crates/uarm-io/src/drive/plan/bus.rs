@@ -90,8 +90,16 @@ impl Planner<'_> {
         let row =
             self.row(Question::Period, value, Wanted::Words("control.period_us, in whole milliseconds as a rule"));
         let fixed = |time: Answered| time.answer.number().filter(|_| !time.access.may_write());
-        let exponent = fixed(found.1).unwrap_or(MILLISECONDS.into());
-        match fixed(found.0).and_then(|value| microseconds(value, exponent)) {
+        // A drive does not tell whether its exponent is fixed, too: it has the one with which the period is one of a loop.
+        let exponents = fixed(found.1).map_or_else(
+            || [found.1.answer.number().unwrap_or(MILLISECONDS.into()), MILLISECONDS.into()],
+            |exponent| [exponent; 2],
+        );
+        let of_a_loop = |value| {
+            let mut periods = exponents.into_iter().filter_map(|exponent| microseconds(value, exponent));
+            periods.find(|period| *period < LONGEST_OF_A_LOOP)
+        };
+        match fixed(found.0).and_then(of_a_loop) {
             Some(microseconds) => row.with(Verdict::WorksWith, Remedy::Period(microseconds)),
             None => row.with(Verdict::Cannot, Remedy::RobotFile("a control.period_us that the drive takes")),
         }
@@ -197,6 +205,8 @@ impl Planner<'_> {
 }
 
 const MILLISECONDS: i8 = -3;
+/// No loop that sends torques is as slow, µs.
+const LONGEST_OF_A_LOOP: u32 = 1_000_000;
 
 /// `period` as value · 10^exponent s, in the order of preference: milliseconds first, then the largest exponent that is
 /// exact, and those below it.
