@@ -9,8 +9,8 @@ use uarm::commands::compare::experiments::experiment;
 use uarm::commands::compare::monte_carlo::{self, MonteCarloSettings};
 use uarm::commands::compare::variant::{ControllerVariant, RobotFiles, VariantRobot};
 use uarm::robot::overrides::Overrides;
-use uarm::simulated_robot::PlantChoice;
-use uarm::simulated_robot::SimulatedPlant;
+use uarm::simulated_plant::PlantChoice;
+use uarm::simulated_plant::SimulatedPlant;
 use uarm::study::spread::Spread;
 use uarm::study::start::StartVariation;
 

@@ -14,7 +14,7 @@ use uarm::commands::figures::experiments::simulate_paper;
 use uarm::dimensions::CycleRecord;
 use uarm::dimensions::{ACTIVE, JOINTS};
 use uarm::robot::Robot;
-use uarm::simulated_robot::PlantChoice;
+use uarm::simulated_plant::PlantChoice;
 use uarm_io::frame::Frame;
 use uarm_io::link::FrameDirection;
 use uarm_io::time::Instant as LoopInstant;

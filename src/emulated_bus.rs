@@ -5,7 +5,8 @@ use uarm_io::drive::NodeId;
 use uarm_sim::{EmulatedRobot, InProcessLink, Pacing, VirtualClock};
 
 use crate::robot::Robot;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
+use crate::simulated_plant::{PlantChoice, SimulatedPlant};
+use crate::simulated_robot::emulate;
 
 /// The bus, and what stands on it.
 pub type Bus = InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>;

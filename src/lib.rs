@@ -7,6 +7,7 @@
 //! | [`robot`] | robot files: read, checked, turned into types |
 //! | [`drives`] | which master drives the robot: CANopen or ODrive |
 //! | [`mod@reference`] | where the joints with incremental encoders are, and whether that still holds |
+//! | [`simulated_plant`] | which plant, and how it moves the joints |
 //! | [`simulated_robot`] | a plant behind emulated drives |
 //! | [`campaign`] | faults drawn by the thousand |
 //! | [`study`] | many experiments on drawn robots |
@@ -51,6 +52,7 @@ pub mod report;
 pub mod robot;
 pub mod sdo_access;
 pub mod signals;
+pub mod simulated_plant;
 pub mod simulated_robot;
 pub mod stability;
 pub mod study;

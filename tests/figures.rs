@@ -9,7 +9,7 @@ use uarm::commands::figures::experiments::{Experiment, simulate_paper as simulat
 use uarm::commands::figures::{overview, paper};
 use uarm::figures::style;
 use uarm::robot::Robot;
-use uarm::simulated_robot::PlantChoice;
+use uarm::simulated_plant::PlantChoice;
 use uarm_plot::output::{png, svg};
 use uarm_plot::style::Colour;
 

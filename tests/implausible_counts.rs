@@ -3,7 +3,8 @@
 use hinf_control::{AdaptationGuard, Disturbance, Law};
 use uarm::dimensions::{ACTIVE, CycleRecord, JOINTS, Progress};
 use uarm::robot::Robot;
-use uarm::simulated_robot::{PlantChoice, SimulatedPlant, emulate};
+use uarm::simulated_plant::{PlantChoice, SimulatedPlant};
+use uarm::simulated_robot::emulate;
 use uarm_io::drive::DriveNetwork;
 use uarm_io::drive::network::{CycleError, StartError};
 use uarm_io::drive::wire::Channel;

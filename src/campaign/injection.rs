@@ -18,7 +18,7 @@ use uarm_sim::{Brake, EmulatedRobot, InProcessError, InProcessLink, Joint, Plant
 
 use super::fault::{Fault, ForeignFault};
 use crate::dimensions::JOINTS;
-use crate::simulated_robot::SimulatedPlant;
+use crate::simulated_plant::SimulatedPlant;
 
 /// The link to the simulated robot.
 pub type ToRobot = InProcessLink<EmulatedRobot<SimulatedPlant>, VirtualClock>;

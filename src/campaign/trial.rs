@@ -21,7 +21,8 @@ use super::observation::{End, Observation};
 use super::scenario::Scenario;
 use crate::dimensions::{CycleRecord, Progress};
 use crate::robot::Robot;
-use crate::simulated_robot::{self, SimulatedPlant, emulate};
+use crate::simulated_plant::{self, SimulatedPlant};
+use crate::simulated_robot::emulate;
 
 /// What came of one seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,7 +89,7 @@ impl Trial {
 pub fn observe(robot: &Robot, scenario: &Scenario) -> anyhow::Result<Observation> {
     let mut clock = VirtualClock::new();
     let plant = SimulatedPlant::uarm(robot, scenario.plant, Disturbance::Paper)?
-        .starting_at(simulated_robot::start(robot) + scenario.start_offset)
+        .starting_at(simulated_plant::start(robot) + scenario.start_offset)
         .with_integration_step(INTEGRATION_STEP);
     let link = InProcessLink::new(emulate(robot, plant, Pacing::WallClock)?, clock.clone());
     let torque_limit =

@@ -3,7 +3,7 @@
 use uarm_sim::UarmPlantParameters;
 
 use crate::robot::Robot;
-use crate::simulated_robot::PlantChoice;
+use crate::simulated_plant::PlantChoice;
 
 const FITTED_PLANT_CAVEAT: &str = "\
 The imperfect plant is one fit of 13 parameters to the 12 numbers of Table 4, chosen after 26 fits. It shows what an

@@ -17,7 +17,7 @@ use crate::dimensions::Outcome;
 use crate::error_text::with_causes;
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
-use crate::simulated_robot::{self, PlantChoice, SimulatedPlant, usual_disturbance};
+use crate::simulated_plant::{self, PlantChoice, SimulatedPlant, usual_disturbance};
 use crate::study::parallel::in_parallel;
 use crate::study::start::StartVariation;
 use uarm_loop::dimensions;
@@ -208,7 +208,7 @@ fn experiment<const J: usize, const N: usize>(
     number: u64,
     offset: SVector<f64, J>,
 ) -> anyhow::Result<Result<ExperimentRow, Failure>> {
-    let plant = plant.starting_at(simulated_robot::start(&variant.robot) + offset);
+    let plant = plant.starting_at(simulated_plant::start(&variant.robot) + offset);
     Ok(match run_experiment(variant, plant)? {
         SimulatedEnd::Completed(outcome) => Ok(ExperimentRow::new(number, offset, &outcome)),
         SimulatedEnd::Failed(error) => Err(Failure {

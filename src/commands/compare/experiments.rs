@@ -5,7 +5,7 @@ use uarm_loop::settings::Settings;
 use super::variant::VariantRobot;
 use crate::bought::Bought;
 use crate::commands::run::{SimulatedEnd, simulate};
-use crate::simulated_robot::SimulatedPlant;
+use crate::simulated_plant::SimulatedPlant;
 
 /// Runs one experiment with a controller variant on `plant`, which brings its disturbance along.
 ///

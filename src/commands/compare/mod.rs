@@ -25,7 +25,7 @@ use crate::options::{choice, positive};
 use crate::output_files::{Force, OutputFiles};
 use crate::robot::RobotText;
 use crate::robot::shape::for_shape;
-use crate::simulated_robot::PlantChoice;
+use crate::simulated_plant::PlantChoice;
 use crate::study::parallel::all_cores;
 use crate::study::progress::progress_bar;
 use crate::study::shard::Shard;

@@ -17,7 +17,7 @@ use crate::commands::run::SimulatedEnd;
 use crate::error_text::with_causes;
 use crate::robot::Robot;
 use crate::robot::overrides::Overrides;
-use crate::simulated_robot::{self, PlantChoice, SimulatedPlant};
+use crate::simulated_plant::{self, PlantChoice, SimulatedPlant};
 use crate::study::parallel::in_parallel;
 use crate::study::random::{Stream, Subject};
 use crate::study::shard::Shard;
@@ -147,7 +147,7 @@ pub fn draw(settings: &MonteCarloSettings<'_>, robots: &[VariantRobot], index: u
     let mut indices = Vec::with_capacity(robots.len());
     for variant in robots {
         let plant = SimulatedPlant::uarm(&variant.robot, plant, settings.disturbance)?
-            .starting_at(simulated_robot::start(&variant.robot) + offset)
+            .starting_at(simulated_plant::start(&variant.robot) + offset)
             .with_integration_step(INTEGRATION_STEP);
         indices.push(match run_experiment(variant, plant)? {
             SimulatedEnd::Completed(outcome) => Ok(outcome.indices),

@@ -8,7 +8,7 @@ use crate::bought::Bought;
 use crate::commands::run::simulate;
 use crate::dimensions::CycleRecord;
 use crate::robot::Robot;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant};
+use crate::simulated_plant::{PlantChoice, SimulatedPlant};
 
 /// One law's run of a robot's task.
 #[derive(Clone, Debug)]

@@ -22,7 +22,7 @@ use crate::robot::fuzzy_sets::TrainedSets;
 use crate::robot::overrides::Overrides;
 use crate::robot::shape::{Shape, for_shape};
 use crate::robot::{Robot, RobotText};
-use crate::simulated_robot::{PlantChoice, usual_disturbance};
+use crate::simulated_plant::{PlantChoice, usual_disturbance};
 use experiments::{Experiment, simulate_paper, simulated};
 use overview::{Published, Shared};
 

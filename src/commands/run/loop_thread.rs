@@ -25,7 +25,8 @@ use crate::dimensions::{LoopRobot, Outcome};
 use crate::drives::{Failure, ToDrives, receive_identifiers, run_on};
 use crate::realtime::Realtime;
 use crate::robot::Robot;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant, SimulatedRobot, simulated_with};
+use crate::simulated_plant::{PlantChoice, SimulatedPlant};
+use crate::simulated_robot::{SimulatedRobot, simulated_with};
 
 /// All that a run needs on its own thread.
 pub struct LoopThread<'a, const J: usize, const N: usize> {

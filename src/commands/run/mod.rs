@@ -37,7 +37,7 @@ use crate::robot::RobotText;
 use crate::robot::overrides::Overrides;
 use crate::robot::shape::for_shape;
 use crate::signals;
-use crate::simulated_robot::{PlantChoice, usual_disturbance};
+use crate::simulated_plant::{PlantChoice, usual_disturbance};
 use crate::usage::UsageError;
 use place::Place;
 use recording::Repetition;

@@ -2,7 +2,7 @@
 
 use uarm_log::description::ClockKind;
 
-use crate::simulated_robot::PlantChoice;
+use crate::simulated_plant::PlantChoice;
 
 /// Where experiments take place.
 #[derive(Clone, Debug, PartialEq, Eq)]

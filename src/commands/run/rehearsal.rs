@@ -14,7 +14,7 @@ use super::place::Place;
 use crate::bought::Bought;
 use crate::dimensions::{Outcome, Progress};
 use crate::robot::Robot;
-use crate::simulated_robot::{PlantChoice, SimulatedPlant};
+use crate::simulated_plant::{PlantChoice, SimulatedPlant};
 
 /// How a simulated run ended.
 #[derive(Debug)]

@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use crate::robot::BUILT_IN;
     use crate::robot::overrides::Overrides;
-    use crate::simulated_robot::PlantChoice;
+    use crate::simulated_plant::PlantChoice;
 
     const HARDWARE: Place = Place::Interface(String::new());
     const SIMULATED: Place = Place::SimulatedVirtualTime(PlantChoice::Uarm);

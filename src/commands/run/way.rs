@@ -7,7 +7,8 @@ use uarm_io::socketcan_link::{SocketCanError, SocketCanLink};
 use uarm_io::time::{Clock, Instant};
 use uarm_sim::{InProcessError, InProcessLink, VirtualClock};
 
-use crate::simulated_robot::{SimulatedPlant, SimulatedRobot};
+use crate::simulated_plant::SimulatedPlant;
+use crate::simulated_robot::SimulatedRobot;
 
 /// The clock of a run.
 #[derive(Clone, Debug)]

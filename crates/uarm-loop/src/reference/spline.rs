@@ -22,8 +22,8 @@ struct Knot<const N: usize> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spline<const N: usize> {
     first: Knot<N>,
-    last: Knot<N>,
-    knots: Vec<Knot<N>>,
+    /// The others, of which there is one at least.
+    behind: Vec<Knot<N>>,
 }
 
 impl<const N: usize> Spline<N> {
@@ -31,7 +31,6 @@ impl<const N: usize> Spline<N> {
     /// solution in floating point.
     pub(super) fn through(points: &[ViaPoint<N>]) -> Option<Self> {
         let mut knots: Vec<_> = points.iter().map(at_rest).collect();
-        let (first, last) = (*knots.first()?, *knots.last()?);
         // A posture at rest ends one spline and begins the next.
         let mut begin = 0;
         for (end, point) in points.iter().enumerate().skip(1) {
@@ -40,15 +39,25 @@ impl<const N: usize> Spline<N> {
                 begin = end;
             }
         }
-        Some(Self { first, last, knots })
+        let behind = knots.split_off(1.min(knots.len()));
+        let first = knots.pop().filter(|_| !behind.is_empty())?;
+        Some(Self { first, behind })
     }
 
     pub(super) fn is_finite(&self) -> bool {
-        let segments = || self.knots.iter().zip(self.knots.iter().skip(1));
-        let middles = segments().map(|(before, after)| self.at(0.5 * (before.time + after.time)));
+        let middles = self.segments().map(|(before, after)| 0.5 * (before.time + after.time));
         middles
-            .chain(self.knots.iter().map(|knot| self.at(knot.time)))
+            .chain(self.behind.iter().map(|knot| knot.time))
+            .map(|time| self.at(time))
             .all(|reference| reference.velocity.iter().chain(&reference.acceleration).all(|value| value.is_finite()))
+    }
+
+    fn segments(&self) -> impl Iterator<Item = (&Knot<N>, &Knot<N>)> {
+        std::iter::once(&self.first).chain(&self.behind).zip(&self.behind)
+    }
+
+    fn last(&self) -> &Knot<N> {
+        self.behind.last().unwrap_or(&self.first)
     }
 
     pub(super) fn start(&self) -> &SVector<f64, N> {
@@ -56,25 +65,24 @@ impl<const N: usize> Spline<N> {
     }
 
     pub(super) fn end(&self) -> &SVector<f64, N> {
-        &self.last.position
+        &self.last().position
     }
 
     pub(super) fn duration(&self) -> f64 {
-        self.last.time
+        self.last().time
     }
 
     pub(super) fn shortest_segment(&self) -> f64 {
-        let segments = self.knots.iter().zip(self.knots.iter().skip(1));
-        segments.map(|(before, after)| after.time - before.time).fold(self.last.time, f64::min)
+        self.segments().map(|(before, after)| after.time - before.time).fold(self.duration(), f64::min)
     }
 
     pub(super) fn at(&self, time: f64) -> Reference<f64, N> {
-        let behind = self.knots.partition_point(|knot| knot.time <= time);
-        let before = behind.checked_sub(1).and_then(|before| self.knots.get(before));
-        match (before, self.knots.get(behind)) {
-            (Some(before), Some(after)) => between(before, after, time),
-            (None, _) => rest(self.first.position),
-            (_, None) => rest(self.last.position),
+        let next = self.behind.partition_point(|knot| knot.time <= time);
+        let before = next.checked_sub(1).and_then(|before| self.behind.get(before)).unwrap_or(&self.first);
+        match self.behind.get(next) {
+            Some(after) if time >= before.time => between(before, after, time),
+            Some(_) => rest(self.first.position),
+            None => rest(self.last().position),
         }
     }
 }
